@@ -332,7 +332,6 @@ class Builder {
       if (!sign.isValueOn(n)) sign.setValue(n, sign.getValue(from));
       return true;
     };
-    std::sort(starts.begin(), starts.end());
     March march(value, write, mayWrite);
     for (const VdbCoord& v : starts) march.seed(v, seed.getValue(v));
     march.run(band_ + 1, job_);

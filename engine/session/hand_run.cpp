@@ -222,7 +222,6 @@ ServoReport HandRun::report(const std::vector<std::unique_ptr<HandRun>>& runs) {
     report.clamped += s.clamped;
     report.slewed += s.slewed;
     report.stopped += s.stopped;
-    report.stale += s.stale;
     compute.add(s.compute);
     editToFeel.add(s.editToFeel);
     lateness.add(s.lateness);

@@ -70,6 +70,44 @@ TEST_P(EveryBand, OperationsLeaveDistances) {
   expectDistances(smoothAll(a, 3, true), "smoothed");
 }
 
+// Half of a groove is morphed away: there the clay is what it was, beside the tip what it is.
+TEST_P(EveryBand, MorphGoesBackUnderTheTipAlone) {
+  const Version before = ball(kRadius);
+  BrushStroke carving(before, Brush::of(Method::carve));
+  carving.apply({Vec3d(kRadius, -20, 0), Vec3d(kRadius, 20, 0), 6});
+  const Version carved = carving.finish();
+  Brush brush;
+  brush.operations = {{Property::distance, Method::morph, Falloff::constant, 1}};
+  brush.before = before;
+  BrushStroke morphing(carved, std::make_shared<const Brush>(brush));
+  const Vec3d tip(kRadius, 14, 0);
+  constexpr double kTip = 12, kRim = 4;
+  for (int i = 0; i < 2; ++i) morphing.apply({tip, tip, kTip});
+  const Version after = morphing.finish();
+  const float band = before.grid().band;
+  const auto at = [&](const Version& version, Coord voxel) {
+    return version.find(voxel >> kBrickBits).phi(Brick::offset(voxel.x & 7, voxel.y & 7, voxel.z & 7), band);
+  };
+  uint64_t under = 0, beside = 0;
+  for (int x = 30; x <= 46; ++x)
+    for (int y = -30; y <= 30; ++y)
+      for (int z = -10; z <= 10; ++z) {
+        const Coord voxel{x, y, z};
+        const float was = at(before, voxel), is = at(carved, voxel), becomes = at(after, voxel);
+        if (std::abs(is - was) < 0.5f) continue;
+        const double distance = (voxel.toVec3d() - tip).norm();
+        if (distance < kTip - kRim && std::abs(was) < 1.5f) {
+          ++under;
+          ASSERT_NEAR(becomes, was, 0.25) << x << ' ' << y << ' ' << z;
+        } else if (distance > kTip + kRim && std::abs(is) < 1.5f) {
+          ++beside;
+          ASSERT_NEAR(becomes, is, 0.25) << x << ' ' << y << ' ' << z;
+        }
+      }
+  EXPECT_GT(under, 50u);
+  EXPECT_GT(beside, 50u);
+}
+
 INSTANTIATE_TEST_SUITE_P(Bands, EveryBand, ::testing::Values(2.0f, 3.0f, 4.5f, 6.0f, 8.0f));
 
 }  // namespace

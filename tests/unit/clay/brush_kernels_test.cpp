@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 
+#include "clay/kernels/shaping_kernels.h"
 #include "tests/support/simd_targets.h"
 
 namespace argil::clay {
@@ -122,6 +123,28 @@ TEST(BallWeights, AreTheFalloffTimesTheStrengthAndNeverLessThanBefore) {
           if (std::abs(t - 1) < 1e-5) continue;
           const double before = v == 0 ? 0.5 : v == 7 ? 0.0625 : 0;
           ASSERT_NEAR(weight[v], std::max(before, strength * falloff(shape, t)), 2e-6) << target << " voxel " << v;
+        }
+      });
+    }
+}
+
+// The constant one has a rim of two voxels.
+TEST(FootWeights, AreTheFalloffAtTheVoxelsFeet) {
+  const SweptBall ball{0.5f, -0.25f, 1, 0, 0, 0, 0, 3, 0};
+  float foot[3 * kBrickVoxels];
+  for (int v = 0; v < 3 * kBrickVoxels; ++v) foot[v] = 0.25f * float(v % 7 - 3);
+  for (const int shape : {0, 1, 2, 3, 4})
+    for (const float strength : {0.25f, 1.0f}) {
+      SCOPED_TRACE(shape);
+      tests::forEachSimdTarget([&](const std::string& target) {
+        float weight[kBrickVoxels] = {};
+        weight[0] = 0.5f;  // Outside of the ball.
+        footWeights(ball, shape, strength, foot, weight);
+        for (int v = 0; v < kBrickVoxels; ++v) {
+          const Vec3d at(v >> 6, (v >> 3) & 7, v & 7), to(foot[v], foot[kBrickVoxels + v], foot[2 * kBrickVoxels + v]);
+          const double away = (at + to - Vec3d(4, 3.25, 4.5)).norm();
+          const double own = shape == 0 ? std::clamp((3 - away) / 2, 0.0, 1.0) : falloff(shape, away / 3);
+          ASSERT_NEAR(weight[v], std::max(v == 0 ? 0.5 : 0.0, strength * own), 2e-3) << target << " voxel " << v;
         }
       });
     }

@@ -7,6 +7,7 @@
 #include "clay/field/primitives.h"
 #include "clay/store/editor.h"
 #include "clay/store/store.h"
+#include "clay/surface/surface.h"
 #include "tests/unit/clay/clay_checks.h"
 
 namespace argil::clay {
@@ -239,6 +240,19 @@ TEST(Primitives, BlockWithoutRoomIsRefused) {
   EXPECT_THROW(makeBlock(Store::make(), Grid{}, Vec3d::Zero(), {0.1, 10, 10}, 0), Error);
   EXPECT_THROW(makeSphere(Store::make(), Grid{}, Vec3d::Zero(), 1e6), Error);
   EXPECT_THROW(makeSphere(Store::make(), Grid{}, Vec3d::Constant(std::nan("")), 10), Error);
+}
+
+// Within its brick each mesh is the same: where the bricks are tells the two surfaces apart.
+TEST(SurfaceHash, TellsWhereTheBricksAre) {
+  const auto hashAt = [](double x) {
+    Grid grid;
+    grid.voxelMm = 1;
+    Surface surface;
+    surface.update(makeSphere(Store::make(), grid, Vec3d::Constant(64) + x * Vec3d::UnitX(), 10));
+    return surface.hash();
+  };
+  EXPECT_EQ(hashAt(0), hashAt(0));
+  EXPECT_NE(hashAt(0), hashAt(64 * kBrickEdge));
 }
 
 }  // namespace

@@ -103,6 +103,25 @@ TEST_F(WholeChannels, OffsetTakesTheNearestPlaceOfTheSurface) {
   EXPECT_EQ(offset(clay_, 3, 1).hash(), offset(clay_, 3, 3).hash());
 }
 
+// A distance just below the band is the band itself once it is stored in 16 bits.
+TEST_F(WholeChannels, OffsetOfSixteenBitsLeavesNoneWhereValuesWereRoundedToTheBand) {
+  Grid grid;
+  grid.voxelMm = 1;
+  const Version block =
+      painted(makeBlock(Store::make(Precision::fixed16), grid, Vec3d::Zero(), Vec3d::Constant(40), 0), twoColours);
+  const Version thicker = offset(block, 1.00002, 2);
+  uint64_t rounded = 0, outside = 0;
+  thicker.forEachBrick([&](const Brick& brick) {
+    for (int v = 0; v < kBrickVoxels; ++v) {
+      if (std::abs(brick.phi(v)) < grid.band) continue;
+      ++rounded;
+      for (const Channel channel : kAllChannels) outside += thicker.find(channel, brick.coord).value(v) != 0;
+    }
+  });
+  EXPECT_GT(rounded, 0u);
+  EXPECT_EQ(outside, 0u);
+}
+
 TEST_F(WholeChannels, ShellsHaveTheSameOnBothWalls) {
   for (const auto& [inner, outer] : {std::pair{2.5, 0.0}, std::pair{0.0, 2.5}, std::pair{1.5, 1.5}}) {
     SCOPED_TRACE(inner);

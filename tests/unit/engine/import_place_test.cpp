@@ -4,6 +4,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+
+#include "clay/field/primitives.h"
+#include "clay/store/editor.h"
+#include "clay/store/store.h"
+#include "engine/document/beside.h"
+
 namespace argil::engine {
 namespace {
 
@@ -36,6 +44,55 @@ TEST(ImportPlace, StandsOnItsBaseWhateverItsUnit) {
     EXPECT_EQ(lookAtModel(pyramid(0, size), "a.stl").up, UpAxis::z) << size;
     EXPECT_EQ(lookAtModel(pyramid(0, size), "a.obj").up, UpAxis::y) << size;
   }
+}
+
+clay::Version ball(double radiusMm, const Vec3d& at) {
+  clay::Grid grid;
+  grid.voxelMm = 1;
+  return clay::makeSphere(clay::Store::make(), grid, at, radiusMm);
+}
+
+Piece pieceOf(const clay::Version& version) {
+  Piece piece;
+  piece.version = version;
+  return piece;
+}
+
+TEST(Beside, APieceOfOneBrickTakesRoomAndOneWithoutClayNone) {
+  clay::Editor editor(clay::Version::empty(clay::Store::make(), clay::Grid{.voxelMm = 1}));
+  std::array<float, clay::kBrickVoxels> phi;
+  for (int v = 0; v < clay::kBrickVoxels; ++v)
+    phi[size_t(v)] = std::min(3.0f, float((Vec3d(v >> 6, (v >> 3) & 7, v & 7) - Vec3d(4, 4, 4)).norm()) - 1.5f);
+  editor.setVoxels({0, 0, 0}, phi);
+  const clay::Version small = editor.commit();
+  ASSERT_EQ(small.stats().bricks, 1u);
+  const clay::BoxMm box = boundsOf(pieceOf(small));
+  EXPECT_LT(box.low.x(), 4);
+  EXPECT_GT(box.high.x(), 4);
+  Document document;
+  document.add(pieceOf(ball(5, {100, 0, 0})));
+  const clay::BoxMm before = boundsOf(document);
+  document.add(pieceOf(clay::Version::empty(clay::Store::make(), small.grid())));
+  EXPECT_EQ(boundsOf(document).low, before.low);
+  EXPECT_EQ(boundsOf(document).high, before.high);
+}
+
+// A sheet that stands across has no width: it is something to be beside all the same.
+TEST(Beside, WhatIsFlatIsPassedToo) {
+  auto sheet = std::make_shared<clay::TriangleMesh>();
+  sheet->positions = {{3, 0, 0}, {3, 10, 0}, {3, 0, 10}};
+  sheet->triangles = {{0, 1, 2}};
+  Part part;
+  part.mesh = sheet;
+  Document document;
+  document.add(part);
+  const clay::BoxMm box{{-2, -2, -2}, {2, 2, 2}};
+  const Vec3d move = moveBeside(document, box);
+  EXPECT_GT(box.low.x() + move.x(), 3);
+  EXPECT_NEAR(move.y(), 5, 0.01);
+  Document balls;
+  balls.add(pieceOf(ball(5, {0, 0, 0})));
+  EXPECT_NEAR(moveBeside(balls, {{0, -5, -5}, {0, 5, 5}}).x(), 5, 0.1);
 }
 
 }  // namespace

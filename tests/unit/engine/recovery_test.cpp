@@ -157,6 +157,33 @@ TEST_F(Recovery, OneDamagedRecordCostsNoJournalAndNoDocument) {
   EXPECT_EQ(told(*session.document()), told(*kept.session.document()));
 }
 
+// What tells no story is offered too, behind what does.
+TEST_F(Recovery, AJournalWithoutABeginningIsOfferedForRepair) {
+  const fs::path left = folder / "left";
+  fs::create_directories(left);
+  Kept kept(fullDocument(), folder / "journals");
+  kept.folder = folder / "journals";
+  kept.autosave->flush();  // begun before anything is done: an end that is torn off would be none to mend
+  kept.session.change("New ball", [](Document& d) { d.pieces[1].version = ball(6); });
+  const fs::path whole = kept.crash(left / "1.journal"), damaged = kept.crash(left / "2.journal");
+  std::string bytes;
+  {
+    std::ifstream in(damaged, std::ios::binary);
+    bytes.assign(std::istreambuf_iterator<char>(in), {});
+  }
+  const size_t at = bytes.find("{\"state\":");  // of its beginning
+  ASSERT_NE(at, std::string::npos);
+  overwrite(damaged, std::streamoff(at) + 3, 4);
+  const std::vector<Recoverable> found = recoverable(left);
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_EQ(found[0].journal, whole);
+  EXPECT_FALSE(found[0].damaged);
+  EXPECT_EQ(found[1].journal, damaged);
+  EXPECT_TRUE(found[1].damaged);
+  EXPECT_TRUE(found[1].some());
+  EXPECT_THAT(found[1].sentence, HasSubstr("can be repaired"));
+}
+
 TEST_F(Recovery, AJournalFindsTheFileThatWasMoved) {
   const fs::path journals = folder / "journals", file = folder / "s.argil", moved = folder / "unplugged" / "t.argil";
   fs::create_directories(moved.parent_path());
@@ -228,6 +255,56 @@ fs::path journalOfSamples(Kept& kept, const fs::path& to, std::vector<std::strin
     tale.push_back(tell(*kept.session.document()));
   }
   return kept.crash(to);
+}
+
+// Saved again, and killed in what came next before the journal heard of the save: what is made from then on must take
+// no number that the file has.
+TEST_F(Recovery, WorkGoesOnInAFileThatWasSavedAfterItsJournalWasBegun) {
+  const fs::path file = folder / "s.argil";
+  Kept kept(fullDocument(), folder / "journals");
+  kept.folder = folder / "journals";
+  FaceData face;
+  const auto save = [&](const std::shared_ptr<const Base>& base) {
+    return saveDocument(
+        file, {kept.session.states(), kept.session.undoSteps(), face, kept.documentRecords, base, {}, kept.writer});
+  };
+  const auto first = save(nullptr);
+  kept.autosave->saved(first);
+  kept.autosave->flush();  // the journal is begun anew
+  stroke(kept.session, 1);
+  kept.autosave->flush();
+  kept.autosave->saving(file);
+  kept.autosave->flush();
+  face.thumbnail.assign(2000, std::byte{7});  // that the journal knows nothing of
+  const auto second = save(first);
+  std::vector<std::string> tale;
+  const fs::path journal = journalOfSamples(kept, folder / "1.journal", tale, told,
+                                            [](Session& session, uint64_t i) { stroke(session, i); });
+  Recovered recovered = recover(journal);
+  OpenedDocument& document = recovered.document;
+  ASSERT_NE(document.base, nullptr);
+  ASSERT_EQ(document.base->stamp, second->stamp);
+  EXPECT_GE(document.documentRecords->ids().next(), second->next);
+  EXPECT_EQ(replay(recovered), 0u);
+  EXPECT_EQ(told(*document.states[document.done].document), tale.back());
+  (void)saveDocument(file, {document.states,
+                            document.done,
+                            {},
+                            document.documentRecords,
+                            document.base,
+                            recovered.sources,
+                            recovered.writer});
+  const OpenedDocument opened = openDocument(file);
+  EXPECT_TRUE(opened.notes.empty()) << opened.notes[0];
+  EXPECT_EQ(told(*opened.states[opened.done].document), tale.back());
+  EXPECT_EQ(opened.face.thumbnail, face.thumbnail);
+  Session walked(opened.states, opened.done);
+  walked.setReader(
+      [&](uint64_t id, const Document& near) { return readState(*opened.documentRecords, opened.base, {}, id, near); });
+  for (size_t i = tale.size(); i-- > 0;) {
+    walked.goTo(opened.done - (tale.size() - 1 - i));
+    EXPECT_EQ(told(*walked.document()), tale[i]) << i;
+  }
 }
 
 // Ends the program when the stroke of this number begins.

@@ -52,6 +52,27 @@ TEST(PrepareClay, MakesTheScriptsShape) {
   EXPECT_EQ(prepareClay(clay::Store::make(), script(""), {.voxelMm = 1.0}).version.grid().voxelMm, 1);
 }
 
+// The voxels lie about the shape's middle: it is the same clay wherever it stands.
+TEST(PrepareClay, AShapeIsTheSameClayWhereverItStands) {
+  for (const std::string shape :
+       {R"("block": {"size_mm": [21, 13, 8], "round_mm": 2)", R"("sphere": {"radius_mm": 7)"}) {
+    const auto at = [&](const std::string& centre) {
+      return prepareClay(clay::Store::make(),
+                         parseScript(R"({"argil": 1, "units": "mm", "setup": [{"voxel_mm": 0.5}, {)" + shape +
+                                         ", \"centre_mm\": " + centre + R"(}}], "strokes": []})",
+                                     "test"))
+          .version;
+    };
+    const clay::Version here = at("[0, 0, 0]"), there = at("[3.3, -1000.1, 0.17]");
+    EXPECT_EQ(there.grid().originMm, Vec3d(3.3, -1000.1, 0.17)) << shape;
+    EXPECT_EQ(there.stats().bricks, here.stats().bricks);
+    clay::Surface of[2];
+    of[0].update(here);
+    of[1].update(there);
+    EXPECT_EQ(of[1].hash(), of[0].hash()) << shape;
+  }
+}
+
 TEST(PrepareClay, RefusesAScriptWithoutClay) {
   try {
     (void)prepareClay(clay::Store::make(), Script());

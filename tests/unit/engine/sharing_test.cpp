@@ -18,10 +18,12 @@
 #include "engine/models/load_document.h"
 #include "engine/saving/saved_document.h"
 #include "engine/saving/session.h"
+#include "engine/session/workbench.h"
 #include "io/records/blob.h"
 #include "io/records/document_facts.h"
 #include "io/records/document_file.h"
 #include "io/records/sqlite.h"
+#include "workbench_rig.h"
 
 namespace argil::engine {
 namespace {
@@ -223,6 +225,44 @@ TEST_F(Sharing, WhatANewerArgilWroteIsOpenedForReadingOnly) {
     EXPECT_EQ(bytesOf(file), before);
     fs::remove(other);
   }
+}
+
+TEST_F(Sharing, AWorkbenchSaysThatAFileIsForReadingOnly) {
+  const fs::path file = folder / "newer.argil";
+  saveWithHistory(file);
+  Workbench::Options options;
+  options.journal = options.realtime = false;
+  Workbench bench(options);
+  const auto opens = [&] {
+    const uint64_t before = bench.snapshot()->file.opened;
+    bench.open(file);
+    return until([&] { return bench.snapshot()->file.opened != before && bench.idle(); });
+  };
+  ASSERT_TRUE(opens());
+  EXPECT_EQ(bench.snapshot()->file.readOnly, "");
+  addKey(file, In::newest, io::kDocumentSchema + 1);
+  ASSERT_TRUE(opens());
+  EXPECT_EQ(bench.snapshot()->file.path, file);
+  EXPECT_THAT(bench.snapshot()->file.readOnly, HasSubstr("reading only"));
+  saveWithHistory(folder / "ours.argil");
+  fs::rename(folder / "ours.argil", file);
+  ASSERT_TRUE(opens());
+  EXPECT_EQ(bench.snapshot()->file.readOnly, "");
+}
+
+TEST_F(Sharing, RecordsOfASaveEndWhereThoseOfTheNextBegin) {
+  const fs::path file = folder / "grows.argil";
+  saveWithHistory(file);
+  OpenedDocument opened = openDocument(file);
+  const std::shared_ptr<const Base> base = opened.base;
+  Session session(opened.states, opened.done);
+  stroke(session, 9, "add");
+  (void)saveDocument(file, {session.states(), session.undoSteps(), {}, opened.documentRecords, base, {}, newWriter()});
+  std::vector<std::byte> record;
+  ASSERT_TRUE(io::DocumentFile::open(file, false)->get(base->next, record)) << "the next save begins with it";
+  const std::shared_ptr<io::RecordSource> records = recordsOf(base);
+  EXPECT_TRUE(records->get(base->next - 1, record));
+  EXPECT_FALSE(records->get(base->next, record));
 }
 
 TEST_F(Sharing, ANewerFileInWhichAllIsUnderstoodIsOneToWorkIn) {

@@ -2,9 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <memory>
+#include <thread>
 
+#include "haptics/base/clock.h"
 #include "haptics/contact/coupling.h"
 #include "haptics/devices/device_thread.h"
 #include "haptics/devices/sheets.h"
@@ -138,6 +142,34 @@ TEST(Coupling, KnowsTheSheetsRate) {
   EXPECT_NEAR(couplingBounds(slow, 1e-3).colgateBrownNmm, couplingBounds(slow, 1.0 / 125).colgateBrownNmm, 1e-12)
       << "a servo that turns faster than its device exchanges wins nothing";
   EXPECT_LT(coupleTo(slow, 1e-3).stiffnessNmm, 0.5 * coupleTo(fast, 1e-3).stiffnessNmm);
+}
+
+// What a link was told: closed once for each time that it was open, before it is opened again.
+struct Link final : DeviceLink {
+  std::atomic<int>&opened, &closed;
+  std::atomic<bool>& wrong;
+  Link(std::atomic<int>& o, std::atomic<int>& c, std::atomic<bool>& w) : opened(o), closed(c), wrong(w) {}
+  Opened open(std::string&) override {
+    if (closed != opened) wrong = true;
+    ++opened;
+    return Opened::ready;
+  }
+  // Gone as soon as it is looked at.
+  Exchanged exchange(const Vec3d&, int64_t, DeviceState&) noexcept override { return Exchanged::gone; }
+  void close() noexcept override { ++closed; }
+};
+
+TEST(ThreadedDevice, ClosesWhatIsGoneBeforeItLooksForItAgain) {
+  std::atomic<int> opened{0}, closed{0};
+  std::atomic<bool> wrong{false};
+  {
+    ThreadedDevice device(deviceSheet("falcon"), std::make_unique<Link>(opened, closed, wrong));
+    const int64_t end = nowNs() + 30'000'000'000;
+    while (opened < 3 && nowNs() < end) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_GE(opened, 3);
+  EXPECT_EQ(closed, opened) << "the last one too";
+  EXPECT_FALSE(wrong);
 }
 
 }  // namespace

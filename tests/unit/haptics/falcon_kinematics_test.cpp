@@ -54,6 +54,22 @@ TEST(FalconKinematics, InvertsTheExactInverseEverywhereInTheWorkspace) {
   EXPECT_LT(worst, 0.005) << "a tenth of an encoder's step at most";
 }
 
+// In its corners a real one reaches beyond the ball that its sheet names.
+TEST(FalconKinematics, FindsWhatTheLinkageReachesBesideTheWorkspace) {
+  constexpr double kReachMm = 80;
+  int reached = 0;
+  for (const Vec3d& each : places(100'000)) {
+    const Vec3d p = each * (kReachMm / kRadiusMm);
+    Vec3d angles;
+    if (!falconInverse(p, angles)) continue;
+    ++reached;
+    FalconPose pose;
+    ASSERT_TRUE(falconPose(angles, pose)) << p.transpose();
+    ASSERT_LT((pose.positionMm - p).norm(), 0.1) << p.transpose();
+  }
+  EXPECT_GT(reached, 50'000);
+}
+
 TEST(FalconKinematics, IsAsRightAsTheEncodersAllow) {
   std::printf("seed %u\n", kSeed);
   double worst = 0, sum = 0;

@@ -380,6 +380,28 @@ TEST(KeepOut, AnswersWithTheNearestPlaceOfItsSurface) {
   }
 }
 
+TEST(LockSet, OneTooManyIsSaidAndTheOthersHold) {
+  const Subspace floor = Subspace::plane({0, 0, 2}, {0, 0, 1});
+  const Polyline curve({{0, 0, 5}, {10, 0, 5}});
+  for (const bool asCurve : {false, true}) {
+    LockSet set;
+    set.begin();
+    for (uint32_t id = 1; id <= LockSet::kMostLocks; ++id) set.add(id, floor);
+    if (asCurve)
+      set.add(99, curve);
+    else
+      set.add(99, floor);
+    set.finish({1, 1, 2}, {1, 1, 2}, 1, false);
+    EXPECT_TRUE(set.conflict());
+    EXPECT_LT((set.snap({3, 4, 7}) - Vec3d(3, 4, 2)).norm(), 1e-9);
+    // As many as there is room for are no trouble.
+    set.begin();
+    for (uint32_t id = 1; id <= LockSet::kMostLocks; ++id) set.add(id, floor);
+    set.finish({1, 1, 2}, {1, 1, 2}, 1, false);
+    EXPECT_FALSE(set.conflict());
+  }
+}
+
 TEST(Guide, RefusesBadNumbers) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto refused = [](auto shape) { EXPECT_THROW((Guide{3, shape, 0}.check()), Error); };
@@ -399,6 +421,19 @@ TEST(Guide, RefusesBadNumbers) {
   refused(Buoyancy{{0, 0, 0}, {0, 0, 1}, 1, 0});
   refused(Viscosity{-1});
   refused(AmbientPlane{{0, 0, 0}, {0, 0, 1}, -1, 1});
+  // Each that stands somewhere.
+  for (const Vec3d& nowhere : {Vec3d(0, nan, 0), Vec3d(0, 0, 2e6)}) {
+    const Vec3d up = Vec3d::UnitZ();
+    refused(LockToPoint{nowhere});
+    refused(LockToLine{nowhere, up});
+    refused(LockToPlane{nowhere, up});
+    refused(KeepOutBall{nowhere, 1, false});
+    refused(KeepOutPlane{nowhere, up});
+    refused(WellAtPoints{{nowhere}, {}});
+    refused(WellAtPlane{nowhere, up, {}});
+    refused(Buoyancy{nowhere, up, 1, 1});
+    refused(AmbientPlane{nowhere, up, 1, 1});
+  }
   Scene scene;
   scene.guides = {{1, LockToPoint{}, 0}, {1, Gravity{}, 0}};
   EXPECT_THROW(scene.check(), Error) << "one id twice";

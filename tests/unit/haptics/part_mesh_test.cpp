@@ -283,6 +283,22 @@ TEST(TouchablePart, AnswersInTheWorldAndNoticesWhatIsNew) {
   EXPECT_TRUE(touchable.reset(part, 3)) << "another mesh of the same shape";
 }
 
+// A quarter of a turn later another face is where one was found: its normal is that of what is there now.
+TEST(TouchablePart, WhatWasFoundBeforeItTurnedIsNotTakenForWhatIsThereNow) {
+  Part part;
+  part.mesh = std::make_shared<const PartMesh>(cube(5));
+  TouchablePart touchable;
+  (void)touchable.reset(part, 3);
+  touchable.move(part.pose);
+  const Nearest found = touchable.nearest({7, 0.5, 1}, 3, nullptr);
+  ASSERT_TRUE(found.found);
+  EXPECT_GT(touchable.normal(found.point).x(), 0.999);
+  part.pose.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(M_PI / 2, Vec3d::UnitZ()));
+  touchable.move(part.pose);
+  EXPECT_GT(touchable.normal(found.point).x(), 0.999) << "not that of an edge either";
+  EXPECT_GT(touchable.normal(part.pose.rotation * found.point).y(), 0.999);
+}
+
 TEST(TouchablePart, TheNormalOfWhatItNeverFoundIsThatOfTheFaceThere) {
   Part part;
   part.mesh = std::make_shared<const PartMesh>(cube(5));

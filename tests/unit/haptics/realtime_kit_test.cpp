@@ -135,6 +135,10 @@ class FakeBus {
   bool reply(int fd, const std::string& in, const std::string& body, uint32_t serial) {
     const auto is = [&](const char* what) { return in.find(what) != std::string::npos; };
     answer(fd, message(4, 0, "a signal that nobody asked for"));
+    // An error that says of no call that it answers it: another field stands where the call's number would.
+    std::string stray = message(3, serial, "");
+    stray[16] = 9;
+    answer(fd, stray);
     if (is("Hello")) {
       answer(fd, message(2, serial, std::string("\4\0\0\0:1.7\0", 9)));
       return true;

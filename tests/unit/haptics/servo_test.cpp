@@ -294,6 +294,7 @@ TEST(TouchBench, MeasuresTicksThatTouch) {
     const TickFigures f = measureTicks(scene, glideOnBall({1, 2, 3}, 40, scene.tool.radiusMm, 1, 2, 8), 8000);
     std::printf("ball of %4.1f voxels at 65 mm/s: median %.2f, p99 %.2f, p99.9 %.2f us\n", r, f.compute.quantileUs(0.5),
                 f.compute.quantileUs(0.99), f.compute.quantileUs(0.999));
+    EXPECT_EQ(f.compute.count(), 8000u);
     EXPECT_GT(f.touching, 7500u);
     EXPECT_NEAR(f.peakForceN, 1.0, 0.15) << "1 mm deep at 1 N/mm, and some damping";
     EXPECT_EQ(f.radiusVoxels, r);

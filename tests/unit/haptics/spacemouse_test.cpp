@@ -59,6 +59,26 @@ TEST(HidDescriptor, ReadsValuesOfAnyWidthAtAnyBit) {
   EXPECT_FALSE(hidValue({0, 17, 16, 1, 1, -1, 1}, payload)) << "beyond the end";
 }
 
+TEST(HidDescriptor, WhatWasPushedComesBack) {
+  // An axis of 16 bits between a push and a pop; before and after it those of 8 bits.
+  const uint8_t descriptor[] = {0x05, 0x01, 0x15, 0x00, 0x25, 0x7F, 0x75, 0x08, 0x95, 0x01, 0x09,
+                                0x30, 0x81, 0x02, 0xA4, 0x05, 0x0C, 0x26, 0xFF, 0x0F, 0x75, 0x10,
+                                0x09, 0x31, 0x81, 0x02, 0xB4, 0x09, 0x32, 0x81, 0x02};
+  std::string sentence;
+  const auto inputs = parseHidDescriptor(descriptor, sentence);
+  ASSERT_TRUE(inputs) << sentence;
+  ASSERT_EQ(inputs->fields.size(), 3u);
+  const HidField &inside = inputs->fields[1], &after = inputs->fields[2];
+  EXPECT_EQ(inside.page, 12);
+  EXPECT_EQ(inside.bits, 16);
+  EXPECT_EQ(inside.most, 4095);
+  EXPECT_EQ(after.page, 1);
+  EXPECT_EQ(after.usage, 0x32);
+  EXPECT_EQ(after.bit, 24u);
+  EXPECT_EQ(after.bits, 8);
+  EXPECT_EQ(after.most, 127);
+}
+
 TEST(HidDescriptor, SurvivesWhateverItIsGiven) {
   std::string sentence;
   const auto whole = SpaceMouseEmulator::descriptor(Layout::twoReports);
@@ -151,6 +171,28 @@ TEST(SpaceMouse, DoesNotDriftInItsDeadZoneNorWhenItsReportsStop) {
   EXPECT_LT(stopped.pose.translation.x(), 120 * 0.35);
   EXPECT_EQ(stopped.pose.translation, later.pose.translation);
   EXPECT_TRUE(device->read(0, *std::make_unique<DeviceState>())) << "a puck at rest is no fault";
+}
+
+// It moves and turns together: how far it turned for a way says whether one went on without the other.
+TEST(SpaceMouse, ReportsThatMakeNoSenseStopItsTurnAsTheyStopItsWay) {
+  SpaceMouseEmulator puck(Layout::oneReport);
+  const SpaceMouseOptions options;
+  const auto device = openSpaceMouse(options, puck.source());
+  after(*device, 0.02);
+  puck.deflect({350, 0, 0, 350, 0, 0});
+  DeviceState state;
+  const int64_t end = nowNs() + 10'000'000'000;
+  do state = after(*device, 0.005);
+  while (state.pose.translation.x() < 1 && nowNs() < end);
+  puck.misbehave(testing::Misbehaviour::garbage);
+  while (device->read(0, state) && nowNs() < end) std::this_thread::sleep_for(1ms);
+  puck.deflect({});
+  after(*device, 0.15);
+  puck.misbehave(testing::Misbehaviour::none);
+  while (!device->read(0, state) && nowNs() < end) std::this_thread::sleep_for(1ms);
+  const double way = state.pose.translation.x(), angle = Eigen::AngleAxisd(state.pose.rotation).angle();
+  EXPECT_GT(way, 1);
+  EXPECT_NEAR(angle, way * options.topTurnRads / options.topSpeedMms, 0.01) << way << " mm";
 }
 
 TEST(SpaceMouse, RefusesSettingsAndThingsThatAreNone) {

@@ -72,7 +72,11 @@ TEST(Stability, PassivityControlQuietsTapsToTwiceTheBoundOrToTheEncoders) {
   }
   // And it is the control that does it.
   StabilityCase c = caseOf(deviceSheet("premium15"), 1000, StabilityTask::tap, 0, false);
-  EXPECT_FALSE(runStability(c).quiet);
+  const StabilityFigures f = runStability(c);
+  EXPECT_FALSE(f.quiet);
+  EXPECT_GT(f.cycleMm, kQuietCycleMm);
+  EXPECT_GT(f.startCycleMm, kQuietCycleMm);
+  EXPECT_GE(f.cycleMm, std::max(f.startCycleMm, f.endCycleMm));
 }
 
 TEST(Stability, EveryDeviceIsQuietAtItsCoupling) {

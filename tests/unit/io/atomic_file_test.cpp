@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 #include <csignal>
+#include <iterator>
 #include <optional>
 
 #include "tests/support/mesh_samples.h"
@@ -40,6 +41,23 @@ TEST(AtomicFile, WithoutCommitTheOldFileStandsAndNothingIsLeft) {
   }
   EXPECT_EQ(slurp(folder / "old.bin"), "old");
   EXPECT_EQ(folder.entries(), 1u);
+}
+
+// Who gives up often, as a preview does, would run out of files.
+TEST(AtomicFile, HoldsNoFileOpenWhenItIsGone) {
+  const samples::Folder folder;
+  const auto open = [] {
+    const std::filesystem::directory_iterator files("/proc/self/fd");
+    return std::distance(begin(files), end(files));
+  };
+  const auto before = open();
+  for (const bool commits : {false, true}) {
+    AtomicFile file(folder / "a.bin");
+    file.write(bytesOf("new"));
+    EXPECT_EQ(open(), before + 1);
+    if (commits) file.commit();
+  }
+  EXPECT_EQ(open(), before);
 }
 
 TEST(AtomicFile, TwoWritersOfOneTargetDoNotMix) {

@@ -11,6 +11,7 @@
 #include <unistd.h>
 #include <xxhash.h>
 
+#include <algorithm>
 #include <random>
 #include <set>
 
@@ -429,6 +430,38 @@ TEST(DocumentFile, ADamagedPageCostsWhatIsInItAlone) {
   }
   std::cout << opened << " opened, " << complete << " complete, " << around << " all around the damage\n";
   EXPECT_GT(around, opened / 2);
+}
+
+// Many at once find what each search by itself finds, wherever the damage stops the walk.
+TEST(DocumentFile, GetManyGoesOnBehindADamagedPage) {
+  const samples::Folder folder;
+  constexpr RecordId kLast = 400;
+  save(*DocumentFile::create(folder / "a.argil"), idsFromTo(1, kLast), kLast);
+  const std::string whole = slurp(folder / "a.argil");
+  constexpr size_t kPage = 4096;
+  const std::vector<RecordId> wanted = idsFromTo(1, kLast);
+  int stopped = 0;
+  for (size_t page = 5; page < whole.size() / kPage; page += 7) {
+    std::string bytes = whole;
+    // Its head, so that the page cannot be walked over.
+    for (size_t i = 0; i < 64; ++i) bytes[page * kPage + i] ^= 0x5a;
+    spill(folder / "b.argil", bytes);
+    std::vector<RecordId> each, many;
+    try {
+      const auto file = DocumentFile::open(folder / "b.argil", false);
+      std::vector<std::byte> record;
+      for (const RecordId id : wanted) {
+        if (file->get(id, record)) each.push_back(id);
+      }
+      file->getMany(wanted, [&](size_t i, auto) { many.push_back(wanted[i]); });
+    } catch (const Error&) {
+      continue;
+    }
+    // A walk may even find what an inner page no longer leads to.
+    EXPECT_TRUE(std::includes(many.begin(), many.end(), each.begin(), each.end())) << "page " << page;
+    stopped += !each.empty() && each.size() < kLast;
+  }
+  EXPECT_GT(stopped, 0);
 }
 
 TEST(DocumentFile, TheChecksumOfFactsIsAsTheFormatSays) {

@@ -474,6 +474,13 @@ TEST_F(Gltf, InstancesArePlaced) {
   EXPECT_LT((boxOf(model.objects[1]).min() - Vec3d(1, 0, -1)).norm(), 1e-9);  // Half a turn about glTF's z.
   EXPECT_LT((boxOf(model.objects[2]).max() - Vec3d(8, 0, 3)).norm(), 1e-9);
   EXPECT_EQ(model.objects[2].name, "sheet");
+  // A place that is none.
+  for (const size_t offset : {60, 96, 144}) {
+    std::string nowhere = bytes;
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    std::memcpy(nowhere.data() + offset + 4, &nan, sizeof nan);
+    EXPECT_THAT(refusal(document, nowhere), HasSubstr("instances")) << offset;
+  }
   // Lists of different lengths.
   document["accessors"][3]["count"] = 2;
   EXPECT_THAT(refusal(document, bytes), HasSubstr("instances"));

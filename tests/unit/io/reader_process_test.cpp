@@ -65,6 +65,21 @@ TEST_F(ReaderProcess, CrashesAreSentences) {
   EXPECT_THAT(sentenceOf("gltf"), HasSubstr("made the reader crash (Segmentation fault)"));
 }
 
+// What a file needs grows with it: the least is for small ones.
+TEST_F(ReaderProcess, ALargeModelMayTakeMoreMemoryThanASmallOne) {
+  const auto told = folder_ / "told";
+  const OtherReader telling(script("echo \"$3\" > '" + told.string() + "'"));
+  const auto memoryFor = [&](uint64_t bytes) {
+    const auto model = folder_ / "a.glb";
+    samples::spill(model, "glTF");
+    std::filesystem::resize_file(model, bytes);  // with a hole: nobody reads it
+    EXPECT_THROW(static_cast<void>(readModel(model)), Error);
+    return std::stoull(samples::slurp(told));
+  };
+  EXPECT_EQ(memoryFor(1000), ReaderLimits().memoryBytes);
+  EXPECT_GE(memoryFor(uint64_t{3} << 30), uint64_t{9} << 30) << "the file itself, and its numbers as doubles";
+}
+
 TEST_F(ReaderProcess, GarbageIsASentence) {
   const OtherReader garbage(script("cat /proc/cpuinfo /proc/cpuinfo"));
   EXPECT_THAT(sentenceOf("gltf"), HasSubstr("sent what it should not"));

@@ -119,6 +119,29 @@ TEST(SurfacePoints, KeepColoursOfVerticesAndTriangles) {
   }
 }
 
+// A disc whose triangles have two colours by turns: its middle has two points, not one for each border between them.
+TEST(SurfacePoints, OfColoursThatComeAgainAreOneEach) {
+  ModelObject disc;
+  disc.mesh.positions.emplace_back(0, 0, 0);
+  constexpr uint32_t kRim = 8;
+  for (uint32_t i = 0; i < kRim; ++i)
+    disc.mesh.positions.emplace_back(std::cos(2 * M_PI * i / kRim), std::sin(2 * M_PI * i / kRim), 0);
+  for (uint32_t i = 0; i < kRim; ++i) {
+    disc.mesh.triangles.push_back({0, 1 + i, 1 + (i + 1) % kRim});
+    disc.triangleColours.push_back({uint8_t(i % 2), 0, 0, 255});
+  }
+  for (const Normals normals : {Normals::none, Normals::creased}) {
+    const SurfacePoints points = pointsOf(disc, normals);
+    EXPECT_EQ(points.vertex.size(), 2u + 2 * kRim);
+    for (size_t t = 0; t < kRim; ++t)
+      for (size_t k = 0; k < 3; ++k) {
+        const uint32_t point = points.triangles[t][k];
+        EXPECT_EQ(points.vertex.at(point), disc.mesh.triangles[t][k]);
+        EXPECT_EQ(points.colours.at(point), disc.triangleColours[t]);
+      }
+  }
+}
+
 // A tip of a hundred thousand triangles, all of another colour, and some without area.
 TEST(SurfacePoints, OfATipOfManyTrianglesAreQuick) {
   constexpr uint32_t kRim = 100000;

@@ -170,6 +170,18 @@ TEST(ThreeMfWrite, ColoursOfObjectsTrianglesAndVertices) {
   EXPECT_THAT(xml, HasSubstr("<triangle v1=\"0\" v2=\"2\" v3=\"1\" pid=\"4\" p1=\"2\"/>"));
 }
 
+TEST(ThreeMfWrite, ObjectsOfOneColourShareAMaterial) {
+  const Folder folder;
+  ModelObject objects[] = {object(samples::cube(1)), object(samples::cube(2)), object(samples::cube(3)),
+                           object(samples::cube(4))};
+  const Colour colours[] = {kGrey, kBlue, kGrey, kBlue};
+  for (size_t i = 0; i < 4; ++i) objects[i].colour = colours[i];
+  writeModel(folder / "a.3mf", {objects, {}});
+  EXPECT_THAT(readByLib3mf(folder / "a.3mf").materials, ElementsAre(kBlue, kGrey));
+  const ModelFile file = readModel(folder / "a.3mf");
+  for (size_t i = 0; i < 4; ++i) EXPECT_EQ(file.objects.at(i).colour, colours[i]) << i;
+}
+
 TEST(ThreeMfWrite, ManyColoursKeepTheirPlaces) {
   const Folder folder;
   ModelObject one[] = {object(torus(300))};

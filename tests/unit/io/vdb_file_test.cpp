@@ -250,6 +250,16 @@ TEST_F(VdbFile, Refusals) {
   auto open = ball();
   for (int x = -20; x < 40; ++x) open->tree().addTile(1, {x * 8, 0, 0}, open->background(), false);
   EXPECT_THAT(refusal(open), HasSubstr("changes from inside to outside"));
+  // A well that is open at its top: each brick goes with the tiles beside it, the tiles above do not with each other.
+  auto well = openvdb::FloatGrid::create(3);
+  well->setGridClass(openvdb::GRID_LEVEL_SET);
+  for (int x = 32; x < 56; ++x)
+    for (int y = 32; y < 56; ++y)
+      for (int z = 32; z < 40; ++z) {
+        const bool inside = std::min(x, y) >= 40 && std::max(x, y) < 48 && z > 32;
+        well->tree().setValueOn({x, y, z}, inside ? -2.5f : 2.5f);
+      }
+  EXPECT_THAT(refusal(well), HasSubstr("changes from inside to outside"));
   auto empty = openvdb::FloatGrid::create(3);
   empty->setGridClass(openvdb::GRID_LEVEL_SET);
   EXPECT_THAT(refusal(empty), HasSubstr("no surface"));

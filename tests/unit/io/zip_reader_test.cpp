@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "io/bytes/unpack_limit.h"
 #include "tests/support/package_samples.h"
 
 namespace argil::io {
@@ -107,6 +108,26 @@ TEST(ZipReader, BombsAreRefusedBeforeTheyAreUnpacked) {
   bomb = zip({{"a", std::string(65535, 'x'), true}, {"b", std::string(400'000, 'b')}});
   bomb = with(bomb, bomb.find("PK\x01\x02") + 24, uint32_t(20'000'000));
   expectRefused(bomb, "a", "more than is read");
+}
+
+// Each part is small enough by itself: what counts is the sum of all that was unpacked.
+TEST(ZipReader, PartsThatAreTooMuchTogetherAreRefused) {
+  constexpr uint32_t kSize = 64 << 20;
+  constexpr int kFit = 2 * int(kMostUnpacked / kSize);
+  // No deflate begins like this, so that none is unpacked in earnest: the place for it is taken and given back.
+  std::string archive = zip({{"a", std::string(kSize / kMostUnpackRatio + 1, '\xff')}});
+  const size_t table = archive.find("PK\x01\x02");
+  archive = with(with(archive, 8, uint16_t(8)), table + 10, uint16_t(8));
+  archive = with(archive, table + 24, kSize);
+  const Input input{bytesOf(archive), "a.zip"};
+  ZipReader reader(input);
+  const ZipReader::Part& part = reader.parts().at(0);
+  for (int i = 0; i < kFit; ++i) {
+    const std::string error = errorOf([&] { (void)reader.read(part); });
+    ASSERT_NE(error.find("cannot be unpacked"), std::string::npos) << i << ": " << error;
+  }
+  const std::string error = errorOf([&] { (void)reader.read(part); });
+  EXPECT_NE(error.find("more than is read"), std::string::npos) << error;
 }
 
 }  // namespace
