@@ -28,7 +28,11 @@
 namespace argil::haptics {
 namespace {
 
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr double kWithinMs = 200;
+#else
 constexpr double kWithinMs = 20;
+#endif
 constexpr size_t kPacketBytes = 13;  // An opcode and three floats, as a serial device takes them.
 using Packet = std::array<std::byte, kPacketBytes>;
 
