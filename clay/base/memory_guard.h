@@ -18,7 +18,8 @@ struct MemoryRoom {
 };
 
 /// Of the machine ("MemTotal", "MemAvailable"), and of the control groups that this process is in where they allow less
-/// (memory.max less memory.current, of which files that can be read again do not count). `root`: "/" but for tests.
+/// (memory.max less memory.current, of which files that can be read again do not count). Swap does not count: a hand
+/// cannot wait for it. `root`: "/" but for tests.
 [[nodiscard]] MemoryRoom memoryRoom(const std::filesystem::path& root = "/");
 
 /// Counts what is taken in large pieces. Any thread; an atomic a call, a look at the system (about 50 µs) each 64 MiB.
