@@ -134,40 +134,6 @@ bool DistanceBox::fill(const Version& version, Coord low, Coord size, Reach reac
   return true;
 }
 
-void DistanceBox::average(int passes) {
-  if (passes == 0) return;
-  using Values = Eigen::Map<const Eigen::ArrayXf>;
-  // Each voxel and its neighbours `step` before and after. What has none keeps its value.
-  const auto mean = [](const float* from, size_t count, size_t step, float* to) {
-    const auto inner = static_cast<Eigen::Index>(count - 2 * step);
-    std::copy_n(from, step, to);
-    Eigen::Map<Eigen::ArrayXf>(to + step, inner) =
-        0.5f * Values(from + step, inner) + 0.25f * (Values(from, inner) + Values(from + 2 * step, inner));
-    std::copy_n(from + count - step, step, to + count - step);
-  };
-  const auto x = static_cast<size_t>(size_.x), y = static_cast<size_t>(size_.y), z = static_cast<size_t>(size_.z),
-             slice = y * z;
-  const auto at = [&](size_t i, size_t j) {
-    return &phi_[index(low_ + Coord{static_cast<int>(i), static_cast<int>(j), 0})];
-  };
-  // Slices by themselves, with the cache's help; then each with those beside it. `slices_`: the two before the newest,
-  // and the newest; room for one axis.
-  slices_.resize(4 * slice);
-  for (int pass = 0; pass < passes; ++pass)
-    for (size_t i = 0; i < x; ++i) {
-      float *newest = &slices_[i % 3 * slice], *room = &slices_[3 * slice];
-      for (size_t j = 0; j < y; ++j) mean(at(i, j), z, 1, room + j * z);
-      mean(room, slice, z, newest);
-      if (i < 2) continue;
-      const float *before = &slices_[(i - 2) % 3 * slice], *middle = &slices_[(i - 1) % 3 * slice];
-      for (size_t j = 0; j < y; ++j) {
-        const auto row = static_cast<Eigen::Index>(z), from = static_cast<Eigen::Index>(j * z);
-        Eigen::Map<Eigen::ArrayXf>(at(i - 1, j), row) =
-            0.5f * Values(middle + from, row) + 0.25f * (Values(before + from, row) + Values(newest + from, row));
-      }
-    }
-}
-
 bool DistanceBox::isUniform(Coord low, int edge) const {
   const float value = at(low);
   for (int x = 0; x < edge; ++x)

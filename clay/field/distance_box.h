@@ -31,9 +31,6 @@ class DistanceBox {
   [[nodiscard]] float at(Coord voxel) const { return phi_[index(voxel - outerLow_)]; }
   /// The distances from a voxel on along z, to the end of the box.
   [[nodiscard]] const float* row(Coord voxel) const { return &phi_[index(voxel - outerLow_)]; }
-  /// Takes the binomial mean of 3×3×3 voxels, `passes` times; the box has three voxels along each axis at least. The
-  /// outermost `passes` voxels are then undefined. Cost: of the box's voxels times passes.
-  void average(int passes);
   /// Whether all voxels of the cube have one value, as beyond the reach.
   [[nodiscard]] bool isUniform(Coord low, int edge) const;
   /// The voxel beside the place of the surface that is nearest to a voxel of the box whose distance is within reach.
@@ -55,7 +52,7 @@ class DistanceBox {
   Coord low_, size_;        // the box itself, from outerLow_ on
   Tile uniform_ = Tile::outside;
   bool feet_ = false;
-  std::vector<float> phi_, slices_;
+  std::vector<float> phi_;
   std::vector<uint8_t> filled_;  // bricks that have values of their own
   std::vector<int32_t> foot_;    // index of the voxel beside the nearest place, −1: not measured
   std::vector<Coord> blocks_;    // blocks of 8³ cells that may hold surface, from outerLow_ on

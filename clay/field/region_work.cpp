@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <memory>
 #include <mutex>
@@ -68,33 +69,51 @@ void copyAll(const Version& version, Editor& target, const WorkPart& part) {
 
 namespace {
 
-double volumeOfPlace(const TreePlace& place, float shift) {
+// Voxels of tiles that are inside; bricks are left for later.
+double tilesInside(const TreePlace& place, std::vector<const Brick*>& bricks) {
   double sum = 0;
   if (place.isTile()) return place.tile() == Tile::inside ? kBrickVoxels * std::pow(512.0, place.level()) : 0;
   if (place.isNode()) {
-    for (int i = 0; i < 512; ++i) sum += volumeOfPlace(place.child(i), shift);
+    for (int i = 0; i < 512; ++i) sum += tilesInside(place.child(i), bricks);
     return sum;
   }
-  BrickValues scratch;
-  for (const float phi : place.brick()->values(scratch)) sum += std::clamp(0.5 + double(shift) - double(phi), 0.0, 1.0);
-  return sum;
+  bricks.push_back(place.brick());
+  return 0;
 }
 
 }  // namespace
 
-double volumeOf(const Version& version, float shift) {
-  return volumeOfPlace(TreePlace::root(version), shift);
+double volumeOf(const Version& version, float shift, int threads) {
+  constexpr size_t kTogether = 1024;  // bricks of one sum
+  std::vector<const Brick*> bricks;
+  double all = tilesInside(TreePlace::root(version), bricks);
+  std::vector<double> sums((bricks.size() + kTogether - 1) / kTogether);
+  parallelBlocks(
+      sums.size(), threads,
+      [&](size_t begin, size_t end) {
+        BrickValues room;
+        for (size_t i = begin * kTogether; i < std::min(end * kTogether, bricks.size()); ++i) {
+          // Of a brick sums of floats are as exact as its values.
+          float sum = 0;
+          for (const float phi : bricks[i]->values(room)) sum += std::clamp(0.5f + shift - phi, 0.0f, 1.0f);
+          sums[i / kTogether] += double(sum);
+        }
+      },
+      1);
+  for (const double sum : sums) all += sum;
+  return all;
 }
 
 double areaOf(const Version& version) {
   uint64_t edges = 0;
+  constexpr uint64_t kNotLastZ = 0x7f7f7f7f7f7f7f7f;
   version.forEachBrick([&](const Brick& brick) {
-    for (int v = 0; v < kBrickVoxels; ++v)
-      for (const int stride : {64, 8, 1}) {
-        if (((v / stride) & 7) == 7) continue;
-        edges +=
-            ((brick.inside[v >> 6] >> (v & 63)) & 1) != ((brick.inside[(v + stride) >> 6] >> ((v + stride) & 63)) & 1);
-      }
+    for (int x = 0; x < kBrickEdge; ++x) {
+      const uint64_t inside = brick.inside[x];
+      if (x + 1 < kBrickEdge) edges += static_cast<uint64_t>(std::popcount(inside ^ brick.inside[x + 1]));
+      edges += static_cast<uint64_t>(std::popcount((inside ^ inside >> 8) & (~uint64_t{0} >> 8)));
+      edges += static_cast<uint64_t>(std::popcount((inside ^ inside >> 1) & kNotLastZ));
+    }
   });
   // Edges between bricks are left out: an eighth of all.
   return double(edges) / (7.0 / 8.0) / 1.5;
@@ -133,14 +152,13 @@ namespace {
 
 // What a new brick of these distances has in its channels.
 ChannelBlock carried(const DistanceBox& box, ChannelSource& old, Coord low, std::span<const float, kBrickVoxels> phi,
-                     float band, CarryFrom carry) {
+                     float band) {
   ChannelBlock block{ChannelPlace{}};
   ChannelBytes bytes;
   for (int v = 0; v < kBrickVoxels; ++v) {
     if (!(std::abs(phi[static_cast<size_t>(v)]) < band)) continue;
     const Coord at = low + Coord{v >> 6, (v >> 3) & 7, v & 7};
-    if ((carry == CarryFrom::place && old.read(at, bytes)) || old.nearest(box.foot(at), bytes) != ChannelSource::kNone)
-      block.set(v, bytes);
+    if (old.nearest(box.foot(at), bytes) != ChannelSource::kNone) block.set(v, bytes);
   }
   return block;
 }
@@ -148,7 +166,7 @@ ChannelBlock carried(const DistanceBox& box, ChannelSource& old, Coord low, std:
 }  // namespace
 
 Version rebuild(const Version& source, std::span<const Coord> regions, DistanceBox::Reach reach, int threads,
-                const WorkPart& part, const BoxChange& change) {
+                const WorkPart& part, float shift) {
   const float band = source.grid().band;
   const bool channels = ChannelSource::any(source);
   reach.feet = channels;
@@ -157,10 +175,8 @@ Version rebuild(const Version& source, std::span<const Coord> regions, DistanceB
   std::mutex editing;
   std::vector<Coord> written;
   forEachItem(regions.size(), threads, part.part(0, 0.98), [&](size_t i, DistanceBox& box) {
-    const Coord first = regions[i] * kRegionBricks, around = Coord{1, 1, 1} * change.passes;
-    const Coord size = Coord{1, 1, 1} * kRegionVoxels + around * 2;
-    if (!box.fill(source, first * kBrickEdge - around, size, reach)) return;
-    box.average(change.passes);
+    const Coord first = regions[i] * kRegionBricks;
+    if (!box.fill(source, first * kBrickEdge, Coord{1, 1, 1} * kRegionVoxels, reach)) return;
     std::vector<std::array<float, kBrickVoxels>> values;
     std::vector<Coord> bricks;
     std::vector<ChannelBlock> paint;
@@ -174,7 +190,7 @@ Version rebuild(const Version& source, std::span<const Coord> regions, DistanceB
       const Coord brick = first + Coord{b >> 6, (b >> 3) & 7, b & 7};
       const Coord low = brick * kBrickEdge;
       // Beyond the reach one voxel stands for all.
-      if (const float phi = box.at(low) - change.shift; std::abs(phi) >= band && box.isUniform(low, kBrickEdge)) {
+      if (const float phi = box.at(low) - shift; std::abs(phi) >= band && box.isUniform(low, kBrickEdge)) {
         setTile(brick, phi < 0);
         continue;
       }
@@ -184,7 +200,7 @@ Version rebuild(const Version& source, std::span<const Coord> regions, DistanceB
       for (int row = 0; row < kBrickVoxels; row += kBrickEdge) {
         const float* from = box.row(low + Coord{row >> 6, (row >> 3) & 7, 0});
         for (int z = 0; z < kBrickEdge; ++z) {
-          const float phi = std::clamp(from[z] - change.shift, -band, band);
+          const float phi = std::clamp(from[z] - shift, -band, band);
           out[row + z] = phi;
           flat = flat && std::abs(phi) >= band;
         }
@@ -195,7 +211,7 @@ Version rebuild(const Version& source, std::span<const Coord> regions, DistanceB
         continue;
       }
       bricks.push_back(brick);
-      if (channels) paint.push_back(carried(box, old, low, values.back(), band, change.carry));
+      if (channels) paint.push_back(carried(box, old, low, values.back(), band));
     }
     const std::lock_guard lock(editing);
     for (size_t k = 0; k < bricks.size(); ++k) {

@@ -34,28 +34,15 @@ void copyAll(const Version& version, Editor& target, const WorkPart& part);
 void forEachItem(size_t count, int threads, const WorkPart& part,
                  const std::function<void(size_t, DistanceBox&)>& work);
 
-/// Where the voxels of a new band have their channels from.
-enum class CarryFrom : uint8_t {
-  surface,  ///< The nearest place of the old surface.
-  place,    ///< The same voxel where the old band has it, else the nearest place.
-};
-
-/// What rebuild() makes of a box of distances.
-struct BoxChange {
-  int passes = 0;   ///< So many binomial means of 3×3×3 voxels (DistanceBox::average).
-  float shift = 0;  ///< Then the surface moves outwards by so many voxels.
-  CarryFrom carry = CarryFrom::surface;
-};
-
 /// A version of the same grid in a store of its own: each voxel of `regions` has the distance of a box that was filled
-/// there with `reach`, changed; elsewhere there are the tiles of `source`. Channels come along. The result depends on
-/// neither threads nor order.
+/// there with `reach`, less `shift`; elsewhere there are the tiles of `source`. Channels come along from the nearest
+/// place of the old surface. The result depends on neither threads nor order.
 [[nodiscard]] Version rebuild(const Version& source, std::span<const Coord> regions, DistanceBox::Reach reach,
-                              int threads, const WorkPart& part, const BoxChange& change);
+                              int threads, const WorkPart& part, float shift);
 
 /// In voxels³, if the surface lay `shift` voxels farther out, less than the band: a voxel counts with 1/2 − phi,
-/// between 0 and 1, which is right on average for a plane of any direction.
-[[nodiscard]] double volumeOf(const Version& version, float shift = 0);
+/// between 0 and 1, which is right on average for a plane of any direction. The result does not depend on `threads`.
+[[nodiscard]] double volumeOf(const Version& version, float shift = 0, int threads = 1);
 /// In voxels²: crossed voxel edges, 1.5 for each of a plane, mean over directions.
 [[nodiscard]] double areaOf(const Version& version);
 

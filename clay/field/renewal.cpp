@@ -1,9 +1,9 @@
 #include "clay/field/renewal.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
-#include "clay/field/jacobi_solver.h"
 #include "clay/kernels/warp_kernels.h"
 #include "clay/store/brick_margins.h"
 
@@ -13,6 +13,12 @@ namespace {
 // Squares of cosines between the slopes at a voxel and at its foot: to be a foot at all, and to be that of a smooth
 // surface; how near to zero the foot has to be, voxels.
 constexpr float kFacing = 0.8f, kSmooth = 0.99f, kFound = 0.1f;
+
+template <class Visit>
+void forEachFrozen(const uint64_t* frozen, const Visit& visit) {
+  for (int x = 0; x < kBrickEdge; ++x)
+    for (uint64_t left = frozen[x]; left != 0; left &= left - 1) visit(64 * x + std::countr_zero(left));
+}
 
 // Follows the field to where it is zero, from voxels beside it; `u` where that goes well.
 void distancesOfFeet(const float* broad, const uint64_t* frozen, float least, float* u) {
@@ -31,13 +37,12 @@ void distancesOfFeet(const float* broad, const uint64_t* frozen, float least, fl
     }
     sample = {broad + broadOffset(at[0].base + 3, at[1].base + 3, at[2].base + 3), at[0].t, at[1].t, at[2].t};
   };
-  for (int i = 0; i < kBrickVoxels; ++i) {
-    if (!((frozen[i >> 6] >> (i & 63)) & 1)) continue;
+  forEachFrozen(frozen, [&](int i) {
     const float* at = broad + broadOffset((i >> 6) + 4, ((i >> 3) & 7) + 4, (i & 7) + 4);
-    if (std::abs(*at) < least) continue;
+    if (std::abs(*at) < least) return;
     const Vec3f g(0.5f * (at[kX] - at[-kX]), 0.5f * (at[kY] - at[-kY]), 0.5f * (at[1] - at[-1]));
     const float squared = (g.x() * g.x() + g.y() * g.y()) + g.z() * g.z();
-    if (!(squared > 0.04f)) continue;
+    if (!(squared > 0.04f)) return;
     // At a crease of true distances both sides of a voxel differ, and what is there is right.
     float slopes2 = 0;
     bool kink = false;
@@ -46,15 +51,15 @@ void distancesOfFeet(const float* broad, const uint64_t* frozen, float least, fl
       kink = kink || std::abs(up - down) > 0.5f;
       slopes2 += most * most;
     }
-    if (kink && slopes2 > 0.7f && slopes2 < 2.2f) continue;
+    if (kink && slopes2 > 0.7f && slopes2 < 2.2f) return;
     const float by = -*at / squared;
     const Vec3f step(by * g.x(), by * g.y(), by * g.z());
-    if (!(std::abs(step.x()) <= 1.75f && std::abs(step.y()) <= 1.75f && std::abs(step.z()) <= 1.75f)) continue;
+    if (!(std::abs(step.x()) <= 1.75f && std::abs(step.y()) <= 1.75f && std::abs(step.z()) <= 1.75f)) return;
     slope[count] = g;
     voxels[count] = i;
     place(i, step, way[count], samples[count]);
     ++count;
-  }
+  });
   sampleField(std::span(samples, count), kX, kY, values);
   for (size_t n = 0; n < count; ++n) {
     const FieldValue& v = values[n];
@@ -77,44 +82,58 @@ void distancesOfFeet(const float* broad, const uint64_t* frozen, float least, fl
 
 }  // namespace
 
+void Renewal::begin(size_t i, const float* broad, Renew how, ChannelSlot mask) {
+  float padded[kPaddedSize] = {}, near[kPaddedSize], wide[kWideSize];
+  uint64_t frozen[kBrickEdge];
+  for (int x = 0; x < 10; ++x)
+    for (int y = 0; y < 10; ++y) std::copy_n(broad + broadOffset(x + 3, y + 3, 3), 10, padded + paddedOffset(x, y, 0));
+  startDistance(padded, band_, frozen, near);
+  if (how != Renew::none) {
+    const float least = how == Renew::impossible ? 1.0f : 0.0f;
+    float sloped[kPaddedSize];
+    std::copy_n(near, kPaddedSize, sloped);
+    renewNearDistance(padded, frozen, least, sloped);
+    forEachFrozen(frozen, [&](int voxel) {
+      const int at = paddedOffset((voxel >> 6) + 1, ((voxel >> 3) & 7) + 1, (voxel & 7) + 1);
+      if (std::abs(sloped[at] - near[at]) >= kSlopeTolerance) near[at] = sloped[at];
+    });
+    distancesOfFeet(broad, frozen, least, near);
+  }
+  holdMasked(mask, padded, frozen, near);
+  startWide(broad, near, frozen, band_, wide);
+  solver_.begin(i, wide, frozen);
+}
+
+void Renewal::run() {
+  solver_.run(passesOf(band_), [&](const float* around, const uint64_t* frozen, uint64_t rows, float* out) {
+    return widePass(around, frozen, rows, band_, out);
+  });
+}
+
+void Renewal::sizes(size_t i, float* out) const {
+  const float* u = solver_.values(i);
+  for (int v = 0; v < kBrickVoxels; ++v) out[v] = std::min(std::abs(u[v]), band_);
+}
+
 std::vector<SettledBrick> renewDistances(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew,
                                          std::span<const uint8_t> wanted, int threads) {
   const float band = editor.grid().band;
   const bool masks = editor.has(Channel::mask);
   std::vector<Slot> sources(coords.size());
-  JacobiSolver<2> solver(coords, threads);
+  Renewal renewal(coords, band, threads);
   forBrickRanges(coords.size(), threads, [&](size_t begin, size_t end) {
     Sampler field(editor);
+    float broad[kBroadSize] = {};
     for (size_t i = begin; i < end; ++i) {
-      float broad[kBroadSize] = {}, padded[kPaddedSize] = {}, near[kPaddedSize], wide[kWideSize];
-      uint64_t frozen[kBrickEdge];
       gatherBroad(field, coords[i], 4, broad);
-      for (int x = 0; x < 10; ++x)
-        for (int y = 0; y < 10; ++y)
-          std::copy_n(broad + broadOffset(x + 3, y + 3, 3), 10, padded + paddedOffset(x, y, 0));
-      startDistance(padded, band, frozen, near);
-      if (renew[i] != Renew::none) {
-        const float least = renew[i] == Renew::impossible ? 1.0f : 0.0f;
-        float sloped[kPaddedSize];
-        std::copy_n(near, kPaddedSize, sloped);
-        renewNearDistance(padded, frozen, least, sloped);
-        for (int at = 0; at < kPaddedSize; ++at)
-          if (std::abs(sloped[at] - near[at]) >= kSlopeTolerance) near[at] = sloped[at];
-        distancesOfFeet(broad, frozen, least, near);
-      }
-      if (masks) holdMasked(editor.find(Channel::mask, coords[i]), padded, frozen, near);
-      startWide(broad, near, frozen, band, wide);
+      renewal.begin(i, broad, renew[i], masks ? editor.find(Channel::mask, coords[i]) : ChannelSlot());
       sources[i] = field.slot(coords[i]);
-      solver.begin(i, wide, frozen);
     }
   });
-  solver.run(passesOf(band), [&](const float* around, const uint64_t* frozen, uint64_t rows, float* out) {
-    return widePass(around, frozen, rows, band, out);
-  });
+  renewal.run();
   return settleBricks(editor, coords, wanted, threads, [&](size_t i, FloatBrick& brick) {
-    const float* u = solver.values(i);
     BrickValues solved, room;
-    for (int v = 0; v < kBrickVoxels; ++v) solved[v] = std::min(std::abs(u[v]), band);
+    renewal.sizes(i, solved);
     return settleDistance(sources[i].values(room, band), solved, band,
                           renew[i] == Renew::none ? kRedistanceTolerance : kRenewTolerance, brick);
   });

@@ -261,6 +261,42 @@ void Broad(const float* broad, int spacing, float* mean) {
       hn::StoreU(hn::Mul(sum(alongY + (x + 4) * 64 + i, spacing * 64), share), d, mean + x * 64 + i);
 }
 
+float BroadPasses(const float* broad, int passes, float shift, float band, float* mean) {
+  const RowTag d;
+  // Rows of Pascal's triangle from the middle outwards: their sums are powers of 4, so that products are exact.
+  constexpr float kWeights[5][5] = {{1}, {2, 1}, {6, 4, 1}, {20, 15, 6, 1}, {70, 56, 28, 8, 1}};
+  const Row share = hn::Set(d, 1.0f / static_cast<float>(1 << (6 * passes)));
+  alignas(64) float alongZ[16 * 16 * 8], alongY[16 * 8 * 8];
+  const Row off = hn::Set(d, shift), most = hn::Set(d, band);
+  Row least = most;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const auto sum = [&](const float* at, int step) {
+    const float* weights = kWeights[passes];
+    Row all = hn::Mul(hn::LoadU(d, at), hn::Set(d, weights[0]));
+    for (int k = 1; k <= passes; ++k) {
+      const Row both = hn::Add(hn::LoadU(d, at - k * step), hn::LoadU(d, at + k * step));
+      all = hn::Add(all, hn::Mul(both, hn::Set(d, weights[k])));
+    }
+    return all;
+  };
+  for (int x = 4 - passes; x < 12 + passes; ++x)
+    for (int y = 4 - passes; y < 12 + passes; ++y)
+      for (int z = 0; z < 8; z += lanes)
+        hn::StoreU(sum(broad + broadOffset(x, y, 4 + z), 1), d, alongZ + (x * 16 + y) * 8 + z);
+  for (int x = 4 - passes; x < 12 + passes; ++x)
+    for (int y = 0; y < 8; ++y)
+      for (int z = 0; z < 8; z += lanes)
+        hn::StoreU(sum(alongZ + (x * 16 + y + 4) * 8 + z, 8), d, alongY + (x * 8 + y) * 8 + z);
+  for (int x = 0; x < 8; ++x)
+    for (int i = 0; i < 64; i += lanes) {
+      const Row value = hn::Sub(hn::Mul(sum(alongY + (x + 4) * 64 + i, 64), share), off);
+      const Row phi = hn::Min(hn::Max(value, hn::Neg(most)), most);
+      least = hn::Min(least, hn::Abs(phi));
+      hn::StoreU(phi, d, mean + x * 64 + i);
+    }
+  return hn::GetLane(hn::MinOfLanes(d, least));
+}
+
 }  // namespace argil::clay::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -274,6 +310,7 @@ HWY_EXPORT(Heights);
 HWY_EXPORT(Raised);
 HWY_EXPORT(StartWide);
 HWY_EXPORT(Broad);
+HWY_EXPORT(BroadPasses);
 
 uint64_t widePass(const float* wide, const uint64_t* frozen, uint64_t rows, float cap, float* out) noexcept {
   return HWY_DYNAMIC_DISPATCH(Pass)(wide, frozen, rows, cap, out);
@@ -295,6 +332,9 @@ void startWide(const float* broad, const float* near, const uint64_t* frozen, fl
 }
 void broadMean(const float* broad, int spacing, float* mean) noexcept {
   HWY_DYNAMIC_DISPATCH(Broad)(broad, spacing, mean);
+}
+float broadMeans(const float* broad, int passes, float shift, float band, float* mean) noexcept {
+  return HWY_DYNAMIC_DISPATCH(BroadPasses)(broad, passes, shift, band, mean);
 }
 
 }  // namespace argil::clay

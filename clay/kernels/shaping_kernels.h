@@ -56,4 +56,8 @@ void startWide(const float* broad, const float* near, const uint64_t* frozen, fl
 /// brick.
 void broadMean(const float* broad, int spacing, float* mean) noexcept;
 
+/// What `passes` (0 to 4) of such means one voxel apart come to, rounded once, less `shift`, and ±`band` at most;
+/// returns the smallest size of all. `broad` needs that many voxels around the brick.
+float broadMeans(const float* broad, int passes, float shift, float band, float* mean) noexcept;
+
 }  // namespace argil::clay

@@ -20,7 +20,7 @@ Version step(const Version& version, float voxels, int threads, const WorkPart& 
   const float band = version.grid().band;
   const DistanceBox::Reach reach{std::max(band, band - voxels), std::max(band, band + voxels)};
   const std::vector<Coord> regions = regionsNear(version, static_cast<int>(std::ceil(std::abs(voxels))) + 2);
-  return rebuild(version, regions, reach, threads, part, {.shift = voxels});
+  return rebuild(version, regions, reach, threads, part, voxels);
 }
 
 Version moved(const Version& version, double voxels, int threads, const WorkPart& part) {

@@ -117,6 +117,44 @@ TEST(BrickMargins, RedistancingBeginsWithWhatIsKnown) {
   });
 }
 
+// Against the product of rows of Pascal's triangle, in double.
+TEST(BrickMargins, MeansOfPassesAreBinomial) {
+  std::mt19937 random(4);
+  std::uniform_real_distribution<float> value(-3, 3);
+  float broad[kBroadSize] = {};
+  for (float& each : broad) each = value(random);
+  constexpr double kPascal[5][9] = {
+      {1}, {1, 2, 1}, {1, 4, 6, 4, 1}, {1, 6, 15, 20, 15, 6, 1}, {1, 8, 28, 56, 70, 56, 28, 8, 1}};
+  for (int passes = 0; passes <= 4; ++passes) {
+    constexpr float kShift = 0.3f, kBand = 0.5f;  // so that some are cut off
+    const int width = 2 * passes + 1;
+    BrickValues exact, first;
+    for (int v = 0; v < kBrickVoxels; ++v) {
+      double sum = 0;
+      for (int i = 0; i < width * width * width; ++i) {
+        const int a = i / (width * width), b = i / width % width, c = i % width;
+        sum += kPascal[passes][a] * kPascal[passes][b] * kPascal[passes][c] *
+               broad[broadOffset((v >> 6) + 4 + a - passes, ((v >> 3) & 7) + 4 + b - passes, (v & 7) + 4 + c - passes)];
+      }
+      exact[v] = static_cast<float>(std::clamp(sum / std::pow(4.0, 3 * passes) - kShift, -0.5, 0.5));
+    }
+    bool begun = false;
+    tests::forEachSimdTarget([&](const std::string& target) {
+      BrickValues mean;
+      const float least = broadMeans(broad, passes, kShift, kBand, mean);
+      float smallest = kBand;
+      for (int v = 0; v < kBrickVoxels; ++v) {
+        ASSERT_NEAR(mean[v], exact[v], 1e-6) << target << " " << passes << " " << v;
+        smallest = std::min(smallest, std::abs(mean[v]));
+      }
+      EXPECT_EQ(least, smallest) << target;
+      EXPECT_TRUE(!begun || std::memcmp(mean, first, sizeof mean) == 0) << target;
+      std::memcpy(first, mean, sizeof mean);
+      begun = true;
+    });
+  }
+}
+
 // Voxels that stay, that move by whole voxels, that came from between two, with a window that just holds them.
 TEST(BrickMargins, TheNearestVoxelSaysWhatIsFarFromTheSurface) {
   std::mt19937 random(5);

@@ -129,31 +129,6 @@ TEST(DistanceBox, APlaceHasTheSameDistanceInEveryBox) {
   EXPECT_GT(feet, 0.9 * voxels);  // Of places that are equally near either may be it, and a voxel's rim is near.
 }
 
-TEST(DistanceBox, AveragesAreBinomialMeans) {
-  const Version ball = makeSphere(Store::make(), grid(), Vec3d(1, 2, 3), 9);
-  DistanceBox box, averaged;
-  const Coord low{-14, -12, -11}, size{27, 25, 29};
-  ASSERT_TRUE(box.fill(ball, low, size, {5, 5}));
-  ASSERT_TRUE(averaged.fill(ball, low, size, {5, 5}));
-  averaged.average(0);
-  EXPECT_EQ(averaged.at({-3, 4, 5}), box.at({-3, 4, 5}));
-  constexpr int kPasses = 3;
-  averaged.average(kPasses);
-  // Three passes along an axis: 1, 6, 15, 20, 15, 6, 1 of 64.
-  constexpr double kWeight[7] = {1, 6, 15, 20, 15, 6, 1};
-  for (int x = low.x + kPasses; x < low.x + size.x - kPasses; ++x)
-    for (int y = low.y + kPasses; y < low.y + size.y - kPasses; ++y)
-      for (int z = low.z + kPasses; z < low.z + size.z - kPasses; ++z) {
-        double sum = 0;
-        for (int i = 0; i < 343; ++i) {
-          const int a = i / 49, b = i / 7 % 7, c = i % 7;
-          sum += kWeight[a] * kWeight[b] * kWeight[c] * box.at({x + a - 3, y + b - 3, z + c - 3});
-        }
-        ASSERT_NEAR(averaged.at({x, y, z}), sum / (64.0 * 64 * 64), 1e-4) << x << " " << y << " " << z;
-        ASSERT_EQ(averaged.row({x, y, z})[0], averaged.at({x, y, z}));
-      }
-}
-
 TEST(DistanceBox, HasEqualBitsOnEverySimdTarget) {
   const Version ball = makeSphere(Store::make(), grid(), Vec3d(1, 2, 3), 19);
   std::vector<float> first;

@@ -201,5 +201,54 @@ TEST(SmoothAll, LeavesDistancesOfALargeSphere) {
   EXPECT_LT(most - least, 0.01);
 }
 
+// What is worked on together is nothing that the clay knows of, and by how many not even its last bit.
+TEST(SmoothAll, DoesTheSameWhereverThePieceLies) {
+  for (const Precision precision : {Precision::float32, Precision::fixed16}) {
+    const auto store = Store::make(precision);
+    Version clay = makeBlock(store, half(), Vec3d(1, 2, 3), Vec3d(50, 40, 30), 0);
+    for (const Vec3d& at : {Vec3d(26, 3, 4), Vec3d(-9, 20, 8), Vec3d(4, -7, 18)})
+      clay = combine(clay, ball(store, at, 9), Combination::cut);
+    clay = combine(clay, ball(store, Vec3d(-20, -16, 14), 2), Combination::join);
+    const Version smooth = smoothAll(clay, 6, false, 1);
+    EXPECT_EQ(smoothAll(clay, 6, false, 3).hash(), smooth.hash());
+    for (const Coord bricks : {Coord{5, 0, 0}, Coord{-3, 9, 14}}) {
+      Editor editor(Version::empty(Store::make(precision), half()));
+      clay.forEachBrick([&](const Brick& brick) {
+        BrickValues room;
+        editor.setVoxels(brick.coord + bricks, brick.values(room));
+      });
+      for (int i = 0; i < 8000; ++i)
+        if (const Coord at{i / 400 - 10, i / 20 % 20 - 10, i % 20 - 10}; clay.find(at) == Slot(Tile::inside))
+          editor.setTile(at + bricks, Tile::inside);
+      const Version there = smoothAll(editor.commit(), 6, false, 2);
+      uint64_t count = 0;
+      float worst = 0;
+      smooth.forEachBrick([&](const Brick& brick) {
+        BrickValues one, other;
+        const Slot slot = there.find(brick.coord + bricks);
+        ASSERT_FALSE(slot.isTile());
+        const BrickValues &here = brick.values(one), &moved = slot.values(other, 3);
+        // Distances that are on their way to the last bit when the passes end know where a block of bricks ends.
+        for (int v = 0; v < kBrickVoxels; ++v) worst = std::max(worst, std::abs(here[v] - moved[v]));
+        ++count;
+      });
+      EXPECT_EQ(there.stats().bricks, count);
+      EXPECT_GT(count, 500u);
+      EXPECT_LT(worst, precision == Precision::float32 ? 2e-6f : 3e-4f);
+    }
+  }
+}
+
+// So much that the surface has to move farther than the band's end forgives.
+TEST(SmoothAll, KeepsTheVolumeOfASmallBall) {
+  const Version small = ball(Store::make(), Vec3d::Zero(), 4);  // 8 voxels
+  const double before = clayVolume(small);
+  const Version shrunk = smoothAll(small, 12, false, 2), kept = smoothAll(small, 12, true, 2);
+  EXPECT_LT(clayVolume(shrunk) / before, 0.95);
+  EXPECT_NEAR(clayVolume(kept) / before, 1, 2e-4);
+  EXPECT_LT(errorAgainst(kept, [](const Vec3d& p) { return p.norm() - 4; }).surfaceMax, 0.05);
+  expectProperBand(kept, 1.1);
+}
+
 }  // namespace
 }  // namespace argil::clay
