@@ -4,7 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "clay/base/spline_weights.h"
 #include "clay/store/sampler.h"
 
 namespace argil::clay {
@@ -174,30 +173,6 @@ Coord DistanceBox::foot(Coord voxel) const {
   const float length = gradient.norm();
   if (!(length > kLeastSlope)) return voxel;
   return outerLow_ + voxelNear(v.toVec3d().cast<float>() - gradient * (phi_[index(v)] / length));
-}
-
-float DistanceBox::sample(const Vec3d& place) const {
-  using Vec4f = Eigen::Vector4f;
-  const Vec3f p = (place - outerLow_.toVec3d()).cast<float>();
-  const Coord base{static_cast<int>(p.x()), static_cast<int>(p.y()), static_cast<int>(p.z())};
-  const Vec3f f = p - base.toVec3d().cast<float>();
-  float w[3][4];
-  for (int axis = 0; axis < 3; ++axis) catmullRom(f[axis], w[axis]);
-  const float* own = &phi_[index(base)];
-  const auto sx = static_cast<ptrdiff_t>(index({1, 0, 0})), sy = static_cast<ptrdiff_t>(index({0, 1, 0}));
-  Vec4f rows = Vec4f::Zero();  // along z, summed over the others
-  for (int x = 0; x < 4; ++x)
-    for (int y = 0; y < 4; ++y)
-      rows += w[0][x] * w[1][y] * Eigen::Map<const Vec4f>(own + (x - 1) * sx + (y - 1) * sy - 1);
-  // A distance changes by no more than the way to each of the eight voxels around.
-  Eigen::Array<float, 8, 1> near, way;
-  for (int c = 0; c < 8; ++c) {
-    const Vec3f to = f - Vec3f(float(c >> 2), float((c >> 1) & 1), float(c & 1));
-    near[c] = own[(c >> 2) * sx + ((c >> 1) & 1) * sy + (c & 1)];
-    way[c] = to.squaredNorm();
-  }
-  way = way.sqrt();
-  return std::max((near - way).maxCoeff(), std::min((near + way).minCoeff(), rows.dot(Vec4f(w[2]))));
 }
 
 }  // namespace argil::clay

@@ -37,9 +37,6 @@ class DistanceBox {
   /// Where distances are measured that is a voxel of the version's band; else, farther than two voxels from the
   /// surface, it is found by what the band says of the direction.
   [[nodiscard]] Coord foot(Coord voxel) const;
-  /// Between voxels, by Catmull-Rom splines, limited to what the eight voxels around allow of a distance. `p` at least
-  /// one voxel within the box.
-  [[nodiscard]] float sample(const Vec3d& p) const;
 
  private:
   [[nodiscard]] size_t index(Coord v) const { return voxelIndex(outer_, v); }

@@ -82,7 +82,7 @@ void distancesOfFeet(const float* broad, const uint64_t* frozen, float least, fl
 
 }  // namespace
 
-void Renewal::begin(size_t i, const float* broad, Renew how, ChannelSlot mask) {
+void Renewal::begin(size_t i, const float* broad, Renew how, ChannelSlot mask, float known) {
   float padded[kPaddedSize] = {}, near[kPaddedSize], wide[kWideSize];
   uint64_t frozen[kBrickEdge];
   for (int x = 0; x < 10; ++x)
@@ -100,6 +100,12 @@ void Renewal::begin(size_t i, const float* broad, Renew how, ChannelSlot mask) {
     distancesOfFeet(broad, frozen, least, near);
   }
   holdMasked(mask, padded, frozen, near);
+  for (int v = 0; v < kBrickVoxels && known > 0; ++v) {
+    const int at = paddedOffset((v >> 6) + 1, ((v >> 3) & 7) + 1, (v & 7) + 1);
+    if (std::abs(padded[at]) >= known) continue;
+    frozen[v >> 6] |= uint64_t{1} << (v & 63);
+    near[at] = std::abs(padded[at]);
+  }
   startWide(broad, near, frozen, band_, wide);
   solver_.begin(i, wide, frozen);
 }

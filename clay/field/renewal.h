@@ -18,8 +18,9 @@ class Renewal {
  public:
   /// `coords`: sorted, each once.
   Renewal(std::span<const Coord> coords, float band, int threads) : band_(band), solver_(coords, threads) {}
-  /// `broad`: the field of brick `i` and four voxels around it. What `mask` covers whole keeps its distance.
-  void begin(size_t i, const float* broad, Renew how, ChannelSlot mask = {});
+  /// `broad`: the field of brick `i` and four voxels around it. What `mask` covers whole keeps its distance, and so
+  /// does what is nearer to the surface than `known`.
+  void begin(size_t i, const float* broad, Renew how, ChannelSlot mask = {}, float known = 0);
   void run();
   /// The 512 distances of brick `i` without their signs, `band` at most; and those of two voxels around it too, by
   /// wideOffset, with signs and beyond the band too.

@@ -14,6 +14,7 @@ namespace {
 // Beyond this a voxel coordinate cannot lie in any brick; clamping there keeps the conversion to int defined for any
 // input.
 constexpr double kFar = 8.0 * kBrickReach + 16;
+constexpr float kUnknownFar = 1e30f;
 
 struct Cell {
   Coord base;
@@ -153,6 +154,54 @@ float Sampler::tricubic(const Vec3d& p, Vec3f& gradient) noexcept {
   }
   gradient = {gx, gy, gz};
   return value;
+}
+
+namespace {
+
+// Four values in a row and which of them (bits) are not known. Ends go on as the other three do, so that what is known
+// counts; the weighted sum, and whether it is known.
+float rowSum(float (&v)[4], unsigned unknown, const float (&w)[4], bool& known) noexcept {
+  if (unknown == 8) v[3] = 3 * (v[2] - v[1]) + v[0], unknown = 0;
+  if (unknown == 1) v[0] = 3 * (v[1] - v[2]) + v[3], unknown = 0;
+  known = unknown == 0;
+  return (w[0] * v[0] + w[1] * v[1]) + (w[2] * v[2] + w[3] * v[3]);
+}
+
+}  // namespace
+
+float Sampler::distance(const Vec3d& p) noexcept {
+  const Cell c = cellOf(p);
+  float v[4][4][4], wx[4], wy[4], wz[4];
+  gather<4>(c.base - Coord{1, 1, 1}, v);
+  catmullRom(c.fx, wx), catmullRom(c.fy, wy), catmullRom(c.fz, wz);
+  // A distance changes by no more than the way to each of the eight voxels around.
+  float least = -kUnknownFar, most = kUnknownFar;
+  for (int i = 0; i < 8; ++i) {
+    const int x = i >> 2, y = (i >> 1) & 1, z = i & 1;
+    const float dx = c.fx - float(x), dy = c.fy - float(y), dz = c.fz - float(z);
+    const float way = std::sqrt((dx * dx + dy * dy) + dz * dz), value = v[x + 1][y + 1][z + 1];
+    least = std::max(least, value - way);
+    most = std::min(most, value + way);
+  }
+  float planes[4];
+  unsigned unknownPlanes = 0;
+  for (int x = 0; x < 4; ++x) {
+    float rows[4];
+    unsigned unknownRows = 0;
+    for (int y = 0; y < 4; ++y) {
+      float(&row)[4] = v[x][y];
+      unsigned unknown = 0;
+      for (unsigned z = 0; z < 4; ++z) unknown |= unsigned{std::abs(row[z]) >= band_} << z;
+      bool known;
+      rows[y] = rowSum(row, unknown, wz, known);
+      unknownRows |= unsigned{!known} << y;
+    }
+    bool known;
+    planes[x] = rowSum(rows, unknownRows, wy, known);
+    unknownPlanes |= unsigned{!known} << x;
+  }
+  bool known;
+  return std::max(least, std::min(most, rowSum(planes, unknownPlanes, wx, known)));
 }
 
 }  // namespace argil::clay

@@ -37,6 +37,9 @@ class Sampler {
   float trilinear(const Vec3d& p, Vec3f& gradient) noexcept;
   /// Tricubic (Catmull-Rom) value and gradient: once continuously differentiable, exact for quadratic fields.
   float tricubic(const Vec3d& p, Vec3f& gradient) noexcept;
+  /// Tricubic value, limited to what the eight voxels around allow of a distance: beside creases splines swing over.
+  /// Voxels at the band's end, which only say "farther", are taken to go on as the three before them do.
+  [[nodiscard]] float distance(const Vec3d& p) noexcept;
 
  private:
   template <int n>

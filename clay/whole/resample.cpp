@@ -5,10 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <optional>
+#include <unordered_map>
 
 #include "clay/base/memory_guard.h"
 #include "clay/base/parallel.h"
 #include "clay/field/region_work.h"
+#include "clay/field/renewed_block.h"
 #include "clay/field/settle.h"
 #include "clay/store/brick_set.h"
 #include "clay/store/channel_source.h"
@@ -20,10 +23,10 @@ namespace argil::clay {
 namespace {
 
 constexpr double kMostActiveVoxels = 1 << 30;  // 6 GB of 16 bits, 12 of 32; memory itself: MemoryGuard
-constexpr double kLargestStep = 2;    // of voxel sizes: each step measures three new voxels of distance, six old ones
+constexpr double kLargestStep = 2;    // of voxel sizes: what lies beside the surface has to lie within the old band
 constexpr double kWholeVoxel = 1e-9;  // voxels: a shift this near to whole voxels is one
-constexpr int kSplineReach = 2;       // voxels beyond the last distance that a spline reads
-constexpr double kBrickHalfDiagonal = 6.1;  // voxels, from a brick's middle to its farthest voxel
+// New voxels: what lies beside the surface is nearer, and read by splines. Two old voxels each are still in the band.
+constexpr float kBeside = 1.3f;
 constexpr size_t kMostErrorPoints = 1'000'000;
 
 // From the new voxels to the old ones.
@@ -68,50 +71,69 @@ class Resampler {
       map_.matrix = map_.matrix.array().round().eval();
       map_.shift = map_.shift.array().round().eval();
     }
-    // So many bricks that a chunk of them is about a region of the source.
-    while (edge_ > 1 && edge_ * scale_ > kRegionBricks) edge_ /= 2;
   }
 
   Version run(int threads, const WorkPart& part) {
-    collectChunks();
+    collect();
     Editor editor(Version::empty(Store::make(source_.store()->precision()), grid_));
     fillTiles(editor, Editor::blockFirst({0, 0, 0}, kTreeLevels), kTreeLevels);
+    std::vector<Coord> blocks;
+    for (const auto& [block, bricks] : byBlock_) blocks.push_back(block);
+    std::sort(blocks.begin(), blocks.end());
     std::mutex editing;
-    forEachItem(chunks_.size(), threads, part.part(0, 0.98),
-                [&](size_t i, DistanceBox& box) { chunk(chunks_[i], box, editor, editing); });
+    forEachBlock(blocks, threads, part.part(0, 0.98),
+                 [&](Coord block, RenewedBlock& room) { fill(block, room, editor, editing); });
     // Splines are steeper than the distances that they lead through where those have a crease.
-    if (!whole_) limitSlopes(editor, written_, threads, part.part(0.98, 1));
+    if (!whole_) limitSlopes(editor, bricks_, threads, part.part(0.98, 1));
     return editor.commit();
   }
 
  private:
-  // What new bricks can have a distance within the band, in chunks of edge_³.
-  void collectChunks() {
-    BrickSet chunks;
-    const double reach = grid_.band * scale_ + 1;
+  // New bricks that can have a distance within the band: by old ones that have voxels beside the surface.
+  void collect() {
+    BrickSet wanted;
+    const double reach = grid_.band * scale_ + 2;
     const Vec3d r = Vec3d::Constant(reach), size = Vec3d::Constant(kBrickEdge - 1);
-    const double chunkVoxels = edge_ * kBrickEdge;
     source_.forEachBrick([&](const Brick& brick) {
+      if (!besideSurface(brick)) return;
       const Vec3d first = (brick.coord * kBrickEdge).toVec3d();
       Vec3d low, high;
       bounds(inverse_, first - r, first + size + r, low, high);
-      const double limit = double(kBrickReach) * kBrickEdge - chunkVoxels;
+      const double limit = double(kBrickReach) * kBrickEdge - kBlockEdge * kBrickEdge;
       if (low.minCoeff() < -limit || high.maxCoeff() > limit)
         throw Error(
             "the piece would lie farther than clay can from its grid's origin, 112 000 voxels: use a larger voxel or "
             "another origin",
             Error::Kind::work);
-      const auto chunkOf = [&](double v) { return static_cast<int>(std::floor(v / chunkVoxels)); };
-      for (int x = chunkOf(low.x()); x <= chunkOf(high.x()); ++x)
-        for (int y = chunkOf(low.y()); y <= chunkOf(high.y()); ++y)
-          for (int z = chunkOf(low.z()); z <= chunkOf(high.z()); ++z) chunks.add({x, y, z});
+      const auto brickOf = [&](double v) { return static_cast<int>(std::floor(v / kBrickEdge)); };
+      for (int x = brickOf(low.x()); x <= brickOf(high.x()); ++x)
+        for (int y = brickOf(low.y()); y <= brickOf(high.y()); ++y)
+          for (int z = brickOf(low.z()); z <= brickOf(high.z()); ++z) wanted.add({x, y, z});
     });
-    chunks_ = chunks.sorted();
+    bricks_ = wanted.sorted();
+    std::sort(bricks_.begin(), bricks_.end());
+    for (const Coord brick : bricks_) {
+      const Coord own = brick >> kBlockBits, low = (brick - Coord{1, 1, 1}) >> kBlockBits,
+                  high = (brick + Coord{1, 1, 1}) >> kBlockBits;
+      byBlock_[own].push_back(brick);
+      // Bricks at its rim count for the blocks beside it.
+      for (int x = low.x; x <= high.x; ++x)
+        for (int y = low.y; y <= high.y; ++y)
+          for (int z = low.z; z <= high.z; ++z)
+            if (Coord{x, y, z} != own && !whole_) byBlock_[{x, y, z}].push_back(brick);
+    }
+  }
+  // Whether a voxel lies within one of the surface, as one beside each crossing does.
+  static bool besideSurface(const Brick& brick) {
+    if (brick.anyInside && brick.anyOutside) return true;
+    BrickValues room;
+    const BrickValues& values = brick.values(room);
+    return std::any_of(std::begin(values), std::end(values), [](float phi) { return std::abs(phi) <= 2; });
   }
 
   [[nodiscard]] bool isInside(const Vec3d& voxel) { return sampler_.trilinear(map_(voxel)) < 0; }
 
-  // Blocks without a chunk are all inside or all outside, as their middle is.
+  // Blocks without such a brick are all inside or all outside, as their middle is.
   void fillTiles(Editor& editor, Coord block, int level) {
     const int edge = 1 << (3 * level);
     const Coord end = block + Coord{edge, edge, edge};
@@ -121,18 +143,15 @@ class Resampler {
         fillTiles(editor, block + Coord{i >> 6, (i >> 3) & 7, i & 7} * (edge / 8), level - 1);
       return;
     }
-    if (level == 0 && std::binary_search(chunks_.begin(), chunks_.end(), chunkOf(block))) return;
+    if (level == 0 && isWanted(block)) return;
     const Coord c = block;
     if (isInside((c * kBrickEdge).toVec3d() + Vec3d::Constant(edge * kBrickEdge / 2.0)))
       editor.setBlock(block, level, Tile::inside);
   }
 
-  [[nodiscard]] Coord chunkOf(Coord brick) const {
-    const int bits = edge_ == 8 ? 3 : edge_ == 4 ? 2 : edge_ == 2 ? 1 : 0;
-    return brick >> bits;
-  }
+  [[nodiscard]] bool isWanted(Coord brick) const { return std::binary_search(bricks_.begin(), bricks_.end(), brick); }
 
-  // Whether some chunk lies in the block: chunks are sorted by x, then y, then z.
+  // Whether one of the bricks lies in the block.
   [[nodiscard]] bool touches(Coord block, int edge) {
     if (edge == 8) return marks(block >> 3, 0);
     int level = 0;
@@ -140,15 +159,13 @@ class Resampler {
     return marks(block, level);
   }
 
-  // Blocks that hold chunks, by their first brick, one set a level.
+  // Blocks that hold some, by their first brick, one set a level.
   [[nodiscard]] bool marks(Coord key, int level) {
     if (marked_.empty()) {
       marked_.resize(kTreeLevels);
-      for (const Coord chunk : chunks_) {
-        const Coord brick = chunk * edge_;
+      for (const Coord brick : bricks_)
         for (int l = 0; l < kTreeLevels; ++l)
           marked_[static_cast<size_t>(l)].push_back(l == 0 ? brick >> 3 : Editor::blockFirst(brick, l + 1));
-      }
       for (auto& level1 : marked_) {
         std::sort(level1.begin(), level1.end());
         level1.erase(std::unique(level1.begin(), level1.end()), level1.end());
@@ -158,66 +175,99 @@ class Resampler {
     return std::binary_search(sorted.begin(), sorted.end(), key);
   }
 
-  void chunk(Coord at, DistanceBox& box, Editor& editor, std::mutex& editing) {
-    const Coord first = at * edge_;
-    const float band = grid_.band;
-    const Vec3d from = (first * kBrickEdge).toVec3d();
-    Vec3d low, high;
-    bounds(map_, from, from + Vec3d::Constant(edge_ * kBrickEdge - 1), low, high);
-    const auto margin = whole_ ? 0 : kSplineReach;
-    const Coord boxLow = Coord{int(std::floor(low.x())), int(std::floor(low.y())), int(std::floor(low.z()))} -
-                         Coord{margin, margin, margin};
-    const Coord boxHigh = Coord{int(std::ceil(high.x())), int(std::ceil(high.y())), int(std::ceil(high.z()))} +
-                          Coord{margin + 1, margin + 1, margin + 1};
-    const float reach = whole_ ? source_.grid().band : static_cast<float>(band * scale_) + kSplineReach;
-    const bool surface = box.fill(source_, boxLow, boxHigh - boxLow, {reach, reach, channels_});
+  void fill(Coord block, RenewedBlock& room, Editor& editor, std::mutex& editing) {
+    room.begin(block, grid_.band);
+    Sampler field(source_);
+    for (const Coord brick : byBlock_.at(block)) sample(field, brick, room.add(brick));
+    if (!whole_) {
+      std::array<BrickValues, 2> tiles;
+      std::fill(std::begin(tiles[0]), std::end(tiles[0]), grid_.band);
+      std::fill(std::begin(tiles[1]), std::end(tiles[1]), -grid_.band);
+      room.solve(
+          Renew::none, field,
+          [&](Coord brick) {
+            const Vec3d middle = (brick * kBrickEdge).toVec3d() + Vec3d::Constant(3.5);
+            return tiles[field.trilinear(map_(middle)) < 0];
+          },
+          kOwnDistance / static_cast<float>(scale_));
+    }
     ChannelSource old(source_);
-    std::vector<ChannelBlock> paint;
-    std::vector<std::array<float, kBrickVoxels>> values;
-    std::vector<Coord> bricks;
-    const float perVoxel = static_cast<float>(1 / scale_);
-    for (int b = 0; b < edge_ * edge_ * edge_; ++b) {
-      const Coord brick = first + Coord{b / (edge_ * edge_), b / edge_ % edge_, b % edge_};
-      const Vec3d voxel = (brick * kBrickEdge).toVec3d();
-      float centre =
-          surface ? box.sample(map_(voxel + Vec3d::Constant(3.5))) * perVoxel : tileValue(box.uniform(), band);
-      if (!surface || std::abs(centre) > band + kBrickHalfDiagonal) {
-        if (centre >= 0) continue;
-        const std::lock_guard lock(editing);
-        editor.setTile(brick, Tile::inside);
-        continue;
-      }
-      values.emplace_back();
-      bricks.push_back(brick);
-      for (int v = 0; v < kBrickVoxels; ++v) {
-        const Vec3d p = map_(voxel + Coord{v >> 6, (v >> 3) & 7, v & 7}.toVec3d());
-        values.back()[static_cast<size_t>(v)] =
-            whole_ ? box.at({int(std::lround(p.x())), int(std::lround(p.y())), int(std::lround(p.z()))})
-                   : box.sample(p) * perVoxel;
-      }
-      if (channels_) paint.push_back(carried(box, old, voxel, values.back()));
+    const auto paint = [&](const FloatBrick& brick, size_t number) { return carried(room, number, old, brick); };
+    room.put(editor, editing, channels_ ? RenewedBlock::Paint(paint) : nullptr);
+  }
+
+  // The old distances beside the surface; elsewhere the side alone.
+  void sample(Sampler& field, Coord brick, float* phi) const {
+    constexpr int kPart = 4;  // voxels along each edge of what is looked at together
+    const Vec3d first = map_((brick * kBrickEdge).toVec3d());
+    for (int i = 0; i < 8; ++i) {
+      const Coord low = Coord{i >> 2, (i >> 1) & 1, i & 1} * kPart;
+      const Vec3d from = first + map_.matrix * low.toVec3d();
+      float side = 0;
+      const bool far = !whole_ && allTiles(field, from, kPart - 1, side);
+      for (int x = 0; x < kPart; ++x)
+        for (int y = 0; y < kPart; ++y) {
+          float* const row = phi + Brick::offset(low.x + x, low.y + y, low.z);
+          if (far)
+            std::fill_n(row, kPart, std::copysign(grid_.band, side));
+          else
+            sampleRow(field, from + map_.matrix * Vec3d(x, y, 0), {row, kPart});
+        }
     }
-    const std::lock_guard lock(editing);
-    for (size_t k = 0; k < bricks.size(); ++k) {
-      editor.setVoxels(bricks[k], values[k]);
-      if (!channels_) continue;
-      paint[k].store(editor, bricks[k]);
-      clearChannelsRoundedAway(editor, bricks[k]);
+  }
+  void sampleRow(Sampler& field, Vec3d p, std::span<float> row) const {
+    constexpr float kHalfDiagonal = 0.95f;  // of a voxel, and a field as steep as it may be
+    const float perVoxel = static_cast<float>(1 / scale_),
+                near = std::max(kOwnDistance, kBeside * static_cast<float>(scale_)) + kHalfDiagonal;
+    for (float& phi : row) {
+      const float nearest = field.voxel({nearestInt(p.x()), nearestInt(p.y()), nearestInt(p.z())});
+      if (whole_)
+        phi = nearest;
+      else
+        phi = std::abs(nearest) < std::min(near, field.band()) ? field.distance(p) * perVoxel
+                                                               : std::copysign(grid_.band, nearest);
+      p += map_.matrix.col(2);
     }
-    written_.insert(written_.end(), bricks.begin(), bricks.end());
+  }
+  static int nearestInt(double v) { return static_cast<int>(std::floor(v + 0.5)); }
+  // Whether there are nothing but tiles of one side where a cube of new voxels lies, and all that splines read there.
+  [[nodiscard]] bool allTiles(Sampler& field, const Vec3d& from, int edge, float& side) const {
+    Vec3d low = from, high = from;
+    for (int k = 0; k < 3; ++k) {
+      const Vec3d way = map_.matrix.col(k) * edge;
+      low += way.cwiseMin(0);
+      high += way.cwiseMax(0);
+    }
+    const auto brickOf = [](double v) { return static_cast<int>(std::floor(v / kBrickEdge)); };
+    for (int x = brickOf(low.x() - 1); x <= brickOf(high.x() + 2); ++x)
+      for (int y = brickOf(low.y() - 1); y <= brickOf(high.y() + 2); ++y)
+        for (int z = brickOf(low.z() - 1); z <= brickOf(high.z() + 2); ++z) {
+          const Slot slot = field.slot({x, y, z});
+          if (!slot.isTile()) return false;
+          const float here = slot.phi(0, field.band());
+          if (side * here < 0) return false;
+          side = here;
+        }
+    return true;
   }
 
   // The old clay's channels where a new voxel comes from; farther off than its band those of the nearest place of its
   // surface.
-  [[nodiscard]] ChannelBlock carried(const DistanceBox& box, ChannelSource& old, const Vec3d& first,
-                                     std::span<const float, kBrickVoxels> phi) const {
+  [[nodiscard]] ChannelBlock carried(const RenewedBlock& room, size_t number, ChannelSource& old,
+                                     const FloatBrick& brick) const {
     ChannelBlock block{ChannelPlace{}};
     ChannelBytes bytes;
+    std::optional<RenewedBlock::Feet> feet;
+    if (!whole_) feet.emplace(room, number);
     for (int v = 0; v < kBrickVoxels; ++v) {
-      if (!(std::abs(phi[static_cast<size_t>(v)]) < grid_.band)) continue;
-      const Vec3d p = map_(first + Coord{v >> 6, (v >> 3) & 7, v & 7}.toVec3d());
-      const Coord near{int(std::lround(p.x())), int(std::lround(p.y())), int(std::lround(p.z()))};
-      if (old.between(p, bytes) || old.nearest(box.foot(near), bytes) != ChannelSource::kNone) block.set(v, bytes);
+      if (!(std::abs(brick.value[v]) < grid_.band)) continue;
+      const Vec3d at = (brick.coord * kBrickEdge + Coord{v >> 6, (v >> 3) & 7, v & 7}).toVec3d();
+      const auto foot = [&] {
+        const Vec3d p = map_(at + feet->way(v).cast<double>());
+        return Coord{int(std::lround(p.x())), int(std::lround(p.y())), int(std::lround(p.z()))};
+      };
+      if (old.between(map_(at), bytes) || (feet && old.nearest(foot(), bytes) != ChannelSource::kNone))
+        block.set(v, bytes);
     }
     return block;
   }
@@ -227,8 +277,8 @@ class Resampler {
   VoxelMap map_, inverse_;
   double scale_;  // old voxels a new one
   bool whole_, channels_;
-  int edge_ = kRegionBricks;
-  std::vector<Coord> chunks_, written_;
+  std::vector<Coord> bricks_;
+  std::unordered_map<Coord, std::vector<Coord>, CoordHash> byBlock_;
   std::vector<std::vector<Coord>> marked_;
   Sampler sampler_{source_};
 };

@@ -83,6 +83,52 @@ TEST(Sampler, TricubicDirectionOnASphere) {
   EXPECT_LT(std::sqrt(sum / n) * 180 / M_PI, 0.05);  // degrees RMS
 }
 
+// A spline reads two voxels farther: beyond the band those only say so much.
+TEST(Sampler, DistancesGoOnAtTheBandsEnd) {
+  std::mt19937_64 random(7);
+  constexpr double kFar = 2;
+  for (const double bend : {0.0, 0.01}) {
+    Vec3d normal = randomPoint(random, 1).normalized();
+    const auto f = [&](const Vec3d& p) {
+      const double d = normal.dot(p), aside = (p - d * normal).squaredNorm();
+      return d + bend * (aside < 100 ? aside : 100) / 2;
+    };
+    const Version v = fieldOf(f);  // ±3 at most
+    Sampler sampler(v);
+    double worst = 0, plain = 0;
+    int looked = 0;
+    for (int i = 0; i < 20000; ++i) {
+      const Vec3d p = randomPoint(random, 5);
+      const double exact = f(p);
+      if (std::abs(exact) > kFar) continue;
+      Vec3f unused;
+      worst = std::max(worst, std::abs(sampler.distance(p) - exact));
+      plain = std::max(plain, std::abs(sampler.tricubic(p, unused) - exact));
+      ++looked;
+    }
+    EXPECT_GT(looked, 5000);
+    EXPECT_LT(worst, 0.01) << bend;
+    EXPECT_LT(worst, plain / 2) << "else little is gained";
+  }
+}
+
+// Beside an edge splines swing over; a distance stays within what is around it.
+TEST(Sampler, DistancesAreNoSteeperThanDistances) {
+  Grid grid;
+  const Version block = makeBlock(Store::make(), grid, Vec3d::Zero(), Vec3d(9, 8, 7), 0);
+  Sampler sampler(block);
+  std::mt19937_64 random(8);
+  for (int i = 0; i < 20000; ++i) {
+    const Vec3d p = randomPoint(random, 12);
+    const Coord base{int(std::floor(p.x())), int(std::floor(p.y())), int(std::floor(p.z()))};
+    const float here = sampler.distance(p);
+    for (int c = 0; c < 8; ++c) {
+      const Coord corner = base + Coord{c >> 2, (c >> 1) & 1, c & 1};
+      EXPECT_LE(std::abs(here - sampler.voxel(corner)), (p - corner.toVec3d()).norm() + 1e-5);
+    }
+  }
+}
+
 TEST(Sampler, AnyNumberIsAnswered) {
   const Version v = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), 5);
   Sampler sampler(v);

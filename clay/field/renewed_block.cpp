@@ -1,0 +1,130 @@
+#include "clay/field/renewed_block.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "clay/base/parallel.h"
+#include "clay/field/settle.h"
+#include "clay/store/brick_margins.h"
+#include "clay/store/channel_source.h"
+
+namespace argil::clay {
+
+void RenewedBlock::begin(Coord block, float band) {
+  first_ = block * kBlockEdge;
+  band_ = band;
+  fields_.clear();
+  tiles_.clear();
+  renewal_.reset();
+}
+
+float* RenewedBlock::add(Coord brick) {
+  fields_.emplace_back();
+  fields_.back().brick = brick;
+  return fields_.back().phi.data();
+}
+
+void RenewedBlock::solve(Renew how, Sampler& beside, const Beside& instead, float known) {
+  if (fields_.empty()) return;
+  std::vector<Coord> coords;
+  for (const Field& field : fields_) coords.push_back(field.brick);
+  const auto numbers = besideEach(coords, kAroundSteps);
+  renewal_.reset();  // One at a time on a thread.
+  renewal_.emplace(coords, band_, 1);
+  float broad[kBroadSize] = {};
+  for (size_t i = 0; i < fields_.size(); ++i) {
+    std::array<const float*, kBricksAround> around{};
+    for (size_t k = 0; k < kBricksAround; ++k) {
+      if (const ptrdiff_t at = numbers[i][k]; at >= 0)
+        around[k] = fields_[static_cast<size_t>(at)].phi.data();
+      else if (instead)
+        around[k] = instead(coords[i] + kAroundSteps[k]);
+    }
+    gatherBroad(beside, coords[i], 4, broad, around.data());
+    renewal_->begin(i, broad, how, {}, known);
+  }
+  renewal_->run();
+}
+
+void RenewedBlock::put(Editor& editor, std::mutex& editing, const Paint& paint) {
+  for (const auto& [brick, inside] : tiles_) {
+    const Tile tile = inside ? Tile::inside : Tile::outside;
+    const std::lock_guard lock(editing);
+    if (editor.find(brick) != Slot(tile)) editor.setTile(brick, tile);
+  }
+  for (size_t i = 0; i < fields_.size(); ++i) {
+    const Coord coord = fields_[i].brick;
+    if (!holds(coord)) continue;
+    FloatBrick* brick;
+    {
+      const std::lock_guard lock(editing);
+      brick = editor.newBrick(coord);
+    }
+    BrickValues sizes;
+    if (renewal_)
+      renewal_->sizes(i, sizes);
+    else
+      for (int v = 0; v < kBrickVoxels; ++v) sizes[v] = std::min(std::abs(fields_[i].phi[v]), band_);
+    const bool inBand = settleDistance(fields_[i].phi.data(), sizes, band_, 0, *brick).inBand;
+    ChannelBlock channels{ChannelPlace{}};
+    if (paint && inBand) channels = paint(*brick, i);
+    const std::lock_guard lock(editing);
+    editor.link(brick, inBand);
+    if (!paint || !inBand) continue;
+    channels.store(editor, coord);
+    clearChannelsRoundedAway(editor, coord);
+  }
+  renewal_.reset();
+}
+
+RenewedBlock::Feet::Feet(const RenewedBlock& block, size_t number) {
+  block.renewal_->around(number, around_.data());
+}
+
+float RenewedBlock::Feet::distance(int voxel) const {
+  return std::abs(around_[static_cast<size_t>(wideOffset((voxel >> 6) + 2, ((voxel >> 3) & 7) + 2, (voxel & 7) + 2))]);
+}
+
+Vec3f RenewedBlock::Feet::way(int voxel) const {
+  const float* at = around_.data() + wideOffset((voxel >> 6) + 2, ((voxel >> 3) & 7) + 2, (voxel & 7) + 2);
+  constexpr int kSteps[3] = {12 * kWideRow, kWideRow, 1};
+  const float own = std::abs(*at);
+  Vec3f way = Vec3f::Zero();
+  for (int k = 0; k < 3; ++k) {
+    const float below = std::abs(at[-kSteps[k]]), above = std::abs(at[kSteps[k]]);
+    if (const float nearer = std::min(below, above); nearer < own) way[k] = below < above ? nearer - own : own - nearer;
+  }
+  const float length = way.norm();
+  return length > 0 ? Vec3f(way * (own / length)) : way;
+}
+
+void forEachBlock(std::span<const Coord> blocks, int threads, const WorkPart& part,
+                  const std::function<void(Coord, RenewedBlock&)>& work) {
+  part.step(0);
+  std::mutex mutex;
+  std::vector<std::unique_ptr<RenewedBlock>> spare;
+  size_t done = 0;
+  parallelBlocks(
+      blocks.size(), threads,
+      [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i) {
+          std::unique_ptr<RenewedBlock> room;
+          {
+            const std::lock_guard lock(mutex);
+            if (!spare.empty()) {
+              room = std::move(spare.back());
+              spare.pop_back();
+            }
+          }
+          // Fresh pages for each block would cost more than what is done in them.
+          if (!room) room = std::make_unique<RenewedBlock>();
+          work(blocks[i], *room);
+          const std::lock_guard lock(mutex);
+          spare.push_back(std::move(room));
+          part.step(static_cast<double>(++done) / static_cast<double>(blocks.size()));
+        }
+      },
+      1);
+}
+
+}  // namespace argil::clay
