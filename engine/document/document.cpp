@@ -241,7 +241,7 @@ haptics::Scene sceneOf(const Document& document, const haptics::Scene& base, con
   const auto addPiece = [&](const Piece& piece) {
     if (scene.pieces.size() >= haptics::kMaxPieces) return;
     haptics::Piece out{piece.version, piece.pose, material(piece.material), piece.hideMasked};
-    if (!piece.materials.empty()) {
+    if (!piece.materials.empty() && piece.version.has(clay::Channel::material)) {  // Else no voxel asks for a row.
       auto rows = std::make_shared<haptics::MaterialRows>();
       rows->fill(static_cast<uint16_t>(out.material));
       const size_t count = std::min(piece.materials.size(), kMaxMaterialRows);

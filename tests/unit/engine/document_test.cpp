@@ -6,6 +6,7 @@
 
 #include "clay/base/error.h"
 #include "clay/field/primitives.h"
+#include "clay/store/editor.h"
 #include "clay/store/store.h"
 #include "engine/document/guide_table.h"
 #include "engine/saving/session.h"
@@ -97,6 +98,14 @@ TEST(Document, RowsOfMaterialsAreTheScenes) {
   haptics::Material wax;
   wax.hardnessNmm2 = 0.01;
   piece.materials = {{"wax", wax, {}}, {"own again", piece.material, {}}, {"wax again", wax, {}}};
+  EXPECT_EQ(sceneOf(document, {}).pieces[0].rows, nullptr) << "no voxel asks for one";
+  clay::Editor editor(piece.version);
+  piece.version.forEachBrick([&](const clay::Brick& brick) {
+    std::array<uint8_t, clay::kBrickVoxels> values;
+    values.fill(1);
+    editor.setChannel(clay::Channel::material, brick.coord, values);
+  });
+  piece.version = editor.commit();
   const haptics::Scene scene = sceneOf(document, {});
   scene.check();
   ASSERT_NE(scene.pieces[0].rows, nullptr);
