@@ -28,7 +28,7 @@ struct Benchmark {
   bool draws = false;  // --figure
 };
 
-// Stability is not about this machine, its figures are the same everywhere; a day takes hours.
+// Extremes and stability are not about this machine, their figures are the same everywhere; a day takes hours.
 constexpr std::array kBenchmarks = {
     Benchmark{.name = "edit", .run = benchEdit},
     Benchmark{.name = "surface", .run = benchSurface},
@@ -45,6 +45,7 @@ constexpr std::array kBenchmarks = {
     Benchmark{.name = "day-hours", .run = benchDayHours, .byDefault = false},
     Benchmark{.name = "day-import", .run = benchDayImport, .byDefault = false},
     Benchmark{.name = "buzz", .run = benchBuzz, .draws = true},
+    Benchmark{.name = "extremes", .run = benchExtremes, .byDefault = false},
     Benchmark{.name = "stability", .run = benchStability, .byDefault = false, .draws = true},
 };
 

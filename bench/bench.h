@@ -116,5 +116,6 @@ void benchWhole(BenchReport& report, const BenchOptions& options);
 void benchDay(BenchReport& report, const BenchOptions& options);  ///< All four parts of a day's work.
 void benchBuzz(BenchReport& report, const BenchOptions& options);
 void benchStability(BenchReport& report, const BenchOptions& options);
+void benchExtremes(BenchReport& report, const BenchOptions& options);
 
 }  // namespace argil::bench

@@ -177,7 +177,7 @@ void printTable(const engine::RunReport& run, const std::vector<Figures>& pieces
   row("closed", skin.closed() ? "yes: every edge in two faces, every vertex one fan"
                               : fmt::format("NO: {} boundary edges, {} non-manifold edges, {} non-manifold vertices",
                                             skin.boundaryEdges, skin.nonManifoldEdges, skin.nonManifoldVertices));
-  row("volume", fmt::format("{:.1f} mm³", skin.volume));
+  row("volume", fmt::format("{:.6g} mm³", skin.volume));
   for (const Figures& piece : pieces) {
     const clay::Version& version = piece.version;
     const std::string clay =
@@ -186,7 +186,7 @@ void printTable(const engine::RunReport& run, const std::vector<Figures>& pieces
     if (pieces.size() == 1)
       row("clay", clay);
     else
-      row(piece.name.c_str(), fmt::format("{:.1f} mm³, {}", piece.skin.volume, clay));
+      row(piece.name.c_str(), fmt::format("{:.6g} mm³, {}", piece.skin.volume, clay));
   }
 }
 
