@@ -80,7 +80,12 @@ std::pair<std::byte*, size_t> BlockPool::takeSlab(size_t least) {
   std::byte* slab = bytes == kSlab ? stock().take() : static_cast<std::byte*>(std::aligned_alloc(kStep, bytes));
   if (!slab) throw std::bad_alloc();
   const std::lock_guard lock(mutex_);
-  (bytes == kSlab ? slabs_ : small_).push_back(slab);
+  try {
+    (bytes == kSlab ? slabs_ : small_).push_back(slab);
+  } catch (...) {
+    std::free(slab);
+    throw;
+  }
   return {slab, bytes};
 }
 
@@ -104,7 +109,8 @@ BlockPool::Share::Share(BlockPool& pool) : pool_(pool) {
 BlockPool::Share::~Share() {
   const std::lock_guard lock(pool_.mutex_);
   pool_.live_ += taken_;
-  if (next_ != end_) pool_.rests_.emplace_back(next_, end_);
+  // Beyond the room for them a rest waits for the pool's end.
+  if (next_ != end_ && pool_.rests_.size() < pool_.rests_.capacity()) pool_.rests_.emplace_back(next_, end_);
 }
 
 void* BlockPool::Share::allocate(size_t bytes) {
@@ -116,10 +122,8 @@ void* BlockPool::Share::allocate(size_t bytes) {
   const size_t index = classOf(bytes), size = index * kStep;
   if (pool_.freeBlocks_.load(std::memory_order_relaxed) > 0) {
     const std::lock_guard lock(pool_.mutex_);
-    auto& list = pool_.free_[index];
-    if (!list.empty()) {
-      void* block = list.back();
-      list.pop_back();
+    if (FreeBlock* const block = pool_.free_[index]) {
+      pool_.free_[index] = block->next;
       pool_.freeBlocks_.store(pool_.freeBlocks_.load(std::memory_order_relaxed) - 1, std::memory_order_relaxed);
       ++taken_;
       return block;
@@ -143,7 +147,8 @@ void BlockPool::release(void* block, size_t bytes) noexcept {
   {
     const std::lock_guard lock(mutex_);
     if (bytes <= kLargest) {
-      free_[classOf(bytes)].push_back(block);
+      FreeBlock*& list = free_[classOf(bytes)];
+      list = new (block) FreeBlock{list};
       freeBlocks_.store(freeBlocks_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
     }
     last = --live_ == 0 && retired_;

@@ -57,7 +57,11 @@ class BlockPool {
   ~BlockPool();
 
   std::mutex mutex_;
-  std::vector<void*> free_[kLargest / kStep + 1];
+  // Lists through the blocks themselves: what is given back needs no memory.
+  struct FreeBlock {
+    FreeBlock* next;
+  };
+  FreeBlock* free_[kLargest / kStep + 1] = {};
   std::atomic<int64_t> freeBlocks_ = 0;    // in the lists together
   std::vector<std::byte*> slabs_, small_;  // of 2 MiB, and below
   size_t slabBytes_ = 0;                   // of all of them

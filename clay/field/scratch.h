@@ -48,8 +48,10 @@ class Scratch {
       smallCalls = wanted <= size / 4 ? smallCalls + 1 : 0;
       if (wanted > size || smallCalls > kCallsToShrink) {
         bytes.reset();
-        size = wanted + wanted / 8;  // What grows with a stroke does not come anew with each stamp.
-        bytes = std::make_unique_for_overwrite<std::byte[]>(size);
+        size = 0;                                 // Until there is some again: there may be no memory.
+        const size_t next = wanted + wanted / 8;  // What grows with a stroke does not come anew with each stamp.
+        bytes = std::make_unique_for_overwrite<std::byte[]>(next);
+        size = next;
         smallCalls = 0;
       }
       return bytes.get();

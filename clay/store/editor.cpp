@@ -48,14 +48,15 @@ Editor::~Editor() {
   if (changed_)
     for (size_t i = 0; i < trees_.size(); ++i)
       gatherExclusive(trees_[i].root, base_.record()->roots[i], 0, kTreeLevels,
-                      i == kDistanceTree ? stock_.bricks : stock_.channelBricks, stock_.nodes);
+                      i == kDistanceTree ? stock_.bricks.free : stock_.channelBricks.free, stock_.nodes.free);
   giveBack();
 }
 
 // All that was not used goes back to the store.
 void Editor::giveBack() {
-  Store::State::Freed freed{std::move(stock_.bricks), std::move(stock_.channelBricks), std::move(stock_.nodes)};
-  store_->state().giveWorkBricks(stock_.work);
+  Store::State::Freed freed{std::move(stock_.bricks.free), std::move(stock_.channelBricks.free),
+                            std::move(stock_.nodes.free)};
+  store_->state().giveWorkBricks(stock_.work.free);
   stock_ = {};
   store_->state().freeAll(freed);
 }
@@ -81,16 +82,16 @@ bool Editor::has(Channel channel) const noexcept {
 }
 
 Node* Editor::takeNode() {
-  if (stock_.nodes.empty()) store_->state().stockNodes(stock_.nodes);
-  auto* node = static_cast<Node*>(stock_.nodes.back());
-  stock_.nodes.pop_back();
+  if (stock_.nodes.free.empty()) store_->state().stockNodes(stock_.nodes);
+  auto* node = static_cast<Node*>(stock_.nodes.free.back());
+  stock_.nodes.free.pop_back();
   return node;
 }
 
 ChannelBrick* Editor::takeChannelBrick() {
-  if (stock_.channelBricks.empty()) store_->state().stockChannelBricks(stock_.channelBricks);
-  auto* brick = static_cast<ChannelBrick*>(stock_.channelBricks.back());
-  stock_.channelBricks.pop_back();
+  if (stock_.channelBricks.free.empty()) store_->state().stockChannelBricks(stock_.channelBricks);
+  auto* brick = static_cast<ChannelBrick*>(stock_.channelBricks.free.back());
+  stock_.channelBricks.free.pop_back();
   return brick;
 }
 
@@ -131,18 +132,18 @@ void Editor::release(const Tree& tree, Link link, int level) {
   if (isTile(link)) return;
   if (level == 0 && tree.distances) {
     --bricksDelta_;
-    if (brickOf(link)->birth == id_) stock_.bricks.push_back(brickOf(link));
+    if (brickOf(link)->birth == id_) stock_.bricks.free.push_back(brickOf(link));
     return;
   }
   if (level == 0) {
     --channelDelta_;
     auto* brick = reinterpret_cast<ChannelBrick*>(link);
-    if (brick->birth == id_) stock_.channelBricks.push_back(brick);
+    if (brick->birth == id_) stock_.channelBricks.free.push_back(brick);
     return;
   }
   --nodesDelta_;
   for (const Link child : nodeOf(link)->child) release(tree, child, level - 1);
-  if (nodeOf(link)->birth == id_) stock_.nodes.push_back(nodeOf(link));
+  if (nodeOf(link)->birth == id_) stock_.nodes.free.push_back(nodeOf(link));
 }
 
 void Editor::place(Tree& tree, Coord brick, Link link) {
@@ -248,9 +249,9 @@ Coord Editor::blockFirst(Coord brick, int level) {
 
 // The next of a stock that is not empty.
 template <class Form>
-Form* Editor::prepared(std::vector<void*>& stock, Coord coord, float step) {
-  auto* brick = static_cast<Form*>(stock.back());
-  stock.pop_back();
+Form* Editor::prepared(ObjectStock& stock, Coord coord, float step) {
+  auto* brick = static_cast<Form*>(stock.free.back());
+  stock.free.pop_back();
   brick->step = step;
   brick->serial = nextSerial();
   brick->birth = id_;
@@ -261,19 +262,19 @@ Form* Editor::prepared(std::vector<void*>& stock, Coord coord, float step) {
 
 FloatBrick* Editor::newBrick(Coord coord) {
   if (step_ == 0) return static_cast<FloatBrick*>(newStoredBrick(coord));
-  if (stock_.work.empty()) store_->state().stockWorkBricks(stock_.work);
+  if (stock_.work.free.empty()) store_->state().stockWorkBricks(stock_.work);
   return prepared<FloatBrick>(stock_.work, coord, 0);
 }
 
 Brick* Editor::newStoredBrick(Coord coord) {
-  if (stock_.bricks.empty()) store_->state().stockBricks(stock_.bricks);
+  if (stock_.bricks.free.empty()) store_->state().stockBricks(stock_.bricks);
   if (step_ == 0) return prepared<FloatBrick>(stock_.bricks, coord, 0);
   return prepared<FixedBrick>(stock_.bricks, coord, step_);
 }
 
 void Editor::recycle(Brick* brick) {
   --counts_.bricksMade;
-  (brick->step == step_ ? stock_.bricks : stock_.work).push_back(brick);
+  (brick->step == step_ ? stock_.bricks : stock_.work).free.push_back(brick);
 }
 
 void Editor::link(Brick* brick) {
@@ -355,7 +356,7 @@ Version Editor::commit() {
     std::sort(tree.mayCollapse.begin(), tree.mayCollapse.end());
     for (const Coord brick : tree.mayCollapse) collapse(tree, brick);
   }
-  auto* record = new VersionRecord;
+  auto record = std::make_unique<VersionRecord>();
   record->grid = base_.grid();
   record->step = step_;
   record->id = id_;
@@ -366,9 +367,10 @@ Version Editor::commit() {
   record->stats.channelBricks = base_.stats().channelBricks + static_cast<uint64_t>(channelDelta_);
   record->parent = const_cast<VersionRecord*>(base_.record());
   record->store = base_.store();
+  Version made = makeVersion(std::move(record));
   giveBack();
   store_ = nullptr;
-  return makeVersion(record);
+  return made;
 }
 
 }  // namespace argil::clay

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "clay/store/object_stock.h"
 #include "clay/store/version.h"
 
 namespace argil::clay {
@@ -94,7 +95,7 @@ class Editor {
   void giveBack();
   [[nodiscard]] uint64_t nextSerial();
   template <class Form>
-  [[nodiscard]] Form* prepared(std::vector<void*>& stock, Coord brick, float step);
+  [[nodiscard]] Form* prepared(ObjectStock& stock, Coord brick, float step);
   void pack(FloatBrick* brick, bool inBand);
   void release(const Tree& tree, uintptr_t link, int level);
   void collapse(Tree& tree, Coord brick);
@@ -103,8 +104,8 @@ class Editor {
   [[nodiscard]] const Tree& treeOfChannel(Channel channel) const { return trees_[1 + static_cast<size_t>(channel)]; }
 
   struct Stock {
-    std::vector<void*> bricks, channelBricks, nodes;
-    std::vector<void*> work;  // bricks of floats, where the store's are fixed
+    ObjectStock bricks, channelBricks, nodes;
+    ObjectStock work;  // bricks of floats, where the store's are fixed
   };
 
   Version base_;

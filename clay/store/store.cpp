@@ -64,12 +64,17 @@ SlabPool::Chunk SlabPool::map(size_t bytes) {
 
 void SlabPool::adopt(Chunk chunk) {
   // Lowest address last, so that it is handed out first.
-  for (size_t i = chunk.bytes / objectBytes_; i-- > 0;) free_.push_back(chunk.at + i * objectBytes_);
+  const size_t count = chunk.bytes / objectBytes_, all = bytes_ / objectBytes_ + count;
+  if (all > free_.capacity()) free_.reserve(std::max(all, 2 * free_.capacity()));
+  for (size_t i = count; i-- > 0;) free_.push_back(chunk.at + i * objectBytes_);
   bytes_ += chunk.bytes;
 }
 
-void SlabPool::take(size_t count, std::vector<void*>& out) {
+void SlabPool::take(size_t count, ObjectStock& stock) {
+  std::vector<void*>& out = stock.free;
+  if (stock.taken + count > out.capacity()) out.reserve(std::max(stock.taken + count, 2 * out.capacity()));
   while (free_.size() < count) adopt(map(nextBytes()));
+  stock.taken += count;
   out.insert(out.end(), free_.end() - static_cast<std::ptrdiff_t>(count), free_.end());
   free_.resize(free_.size() - count);
 }
@@ -78,7 +83,7 @@ size_t Store::State::stockOf(uint64_t live, size_t most) {
   return std::clamp(static_cast<size_t>(live) / kShareInStock, std::min(kLeastStock, most), most);
 }
 
-void Store::State::stockBricks(std::vector<void*>& stock) {
+void Store::State::stockBricks(ObjectStock& stock) {
   const std::lock_guard lock(mutex);
   const size_t count = stockOf(liveBricks, kStock);
   bricks.take(count, stock);
@@ -87,7 +92,7 @@ void Store::State::stockBricks(std::vector<void*>& stock) {
   if (bricks.low()) due = true;
 }
 
-void Store::State::stockNodes(std::vector<void*>& stock) {
+void Store::State::stockNodes(ObjectStock& stock) {
   const std::lock_guard lock(mutex);
   const size_t count = stockOf(liveNodes, kNodeStock);
   nodes.take(count, stock);
@@ -96,7 +101,7 @@ void Store::State::stockNodes(std::vector<void*>& stock) {
   if (nodes.low()) due = true;
 }
 
-void Store::State::stockWorkBricks(std::vector<void*>& stock) {
+void Store::State::stockWorkBricks(ObjectStock& stock) {
   const std::lock_guard lock(mutex);
   workBricks.take(stockOf(liveBricks, kStock), stock);
 }
@@ -107,7 +112,7 @@ void Store::State::giveWorkBricks(const std::vector<void*>& stock) {
   workBricks.give(stock);
 }
 
-void Store::State::stockChannelBricks(std::vector<void*>& stock) {
+void Store::State::stockChannelBricks(ObjectStock& stock) {
   const std::lock_guard lock(mutex);
   const size_t count = stockOf(liveChannelBricks, kStock);
   channelBricks.take(count, stock);
@@ -163,7 +168,13 @@ bool Store::collect(size_t maxObjects) {
   State& s = *state_;
   const std::lock_guard onlyOne(s.collecting);
   s.due = false;
+  // All the room that it needs, before anything is taken apart.
+  constexpr size_t kDeepest = kTreeLevels + 1;
   State::Freed freed;
+  freed.bricks.reserve(maxObjects + 512);
+  freed.channelBricks.reserve(maxObjects + 512);
+  freed.nodes.reserve(maxObjects / 8 + kDeepest);
+  s.walk.reserve(kDeepest);
   // A node's 512 links count as 8 objects: the bound is on time, and a scan of shared links frees nothing.
   size_t work = 0;
   while (work < maxObjects) {
@@ -254,9 +265,13 @@ bool Store::collect(size_t maxObjects) {
       if (edited && pool->low()) bytes = pool->nextBytes();
     }
     if (bytes == 0) continue;
-    const SlabPool::Chunk chunk = pool->map(bytes);
-    const std::lock_guard lock(s.mutex);
-    pool->adopt(chunk);
+    try {
+      const SlabPool::Chunk chunk = pool->map(bytes);
+      const std::lock_guard lock(s.mutex);
+      pool->adopt(chunk);
+    } catch (const std::exception&) {
+      break;  // Stock that there is no memory for is not needed yet.
+    }
   }
   const std::lock_guard lock(s.mutex);
   bool more = s.victim != nullptr;

@@ -6,6 +6,7 @@
 #include <mutex>
 #include <vector>
 
+#include "clay/store/object_stock.h"
 #include "clay/store/store.h"
 #include "clay/store/version.h"
 
@@ -82,6 +83,7 @@ struct VersionRecord {
   // its child has at the same place.
   VersionRecord* parent = nullptr;
   std::vector<VersionRecord*> children;
+  bool isMade = false;  // the store knows of it
 };
 
 inline Link rootOf(const VersionRecord& record, Channel channel) {
@@ -102,9 +104,10 @@ class SlabPool {
     size_t bytes = 0;
   };
 
-  /// Moves `count` free objects to `out`, taking chunks as needed.
-  void take(size_t count, std::vector<void*>& out);
-  void give(const std::vector<void*>& objects) { free_.insert(free_.end(), objects.begin(), objects.end()); }
+  /// Moves `count` free objects to `stock`, taking chunks as needed.
+  void take(size_t count, ObjectStock& stock);
+  /// Needs no memory: there is room for every object that the pool has.
+  void give(const std::vector<void*>& objects) noexcept { free_.insert(free_.end(), objects.begin(), objects.end()); }
   [[nodiscard]] uint64_t bytes() const { return bytes_; }
 
   /// In use and nearly empty: the next objects would wait for the system.
@@ -161,11 +164,11 @@ struct Store::State {
   int victimTree = kTrees;  // the next of its trees to be walked
 
   /// Moves some of a kind to an editor's own stock, so that it locks once in a while.
-  void stockBricks(std::vector<void*>& stock);
-  void stockNodes(std::vector<void*>& stock);
-  void stockWorkBricks(std::vector<void*>& stock);
+  void stockBricks(ObjectStock& stock);
+  void stockNodes(ObjectStock& stock);
+  void stockWorkBricks(ObjectStock& stock);
   void giveWorkBricks(const std::vector<void*>& stock);
-  void stockChannelBricks(std::vector<void*>& stock);
+  void stockChannelBricks(ObjectStock& stock);
 
   struct Freed {
     std::vector<void*> bricks, channelBricks, nodes;
@@ -183,7 +186,8 @@ struct Store::State {
 void gatherExclusive(Link own, Link before, Link after, int level, std::vector<void*>& leaves,
                      std::vector<void*>& nodes);
 
-/// Hands out a record as a version whose last handle gives it to the store's collector.
-Version makeVersion(VersionRecord* record);
+/// Hands out a record as a version whose last handle gives it to the store's collector. When it throws, nothing was
+/// made of the record's trees.
+Version makeVersion(std::unique_ptr<VersionRecord> record);
 
 }  // namespace argil::clay

@@ -25,19 +25,27 @@ uint64_t VersionStats::bytes() const {
   return bricks * brickBytes(precision) + channelBricks * sizeof(ChannelBrick) + nodes * sizeof(Node);
 }
 
-Version makeVersion(VersionRecord* record) {
-  {
-    const std::lock_guard lock(record->store->state().mutex);
-    ++record->store->state().versions;
-    if (record->parent) record->parent->children.push_back(record);
-  }
-  return Version(std::shared_ptr<const VersionRecord>(record, [](const VersionRecord* dropped) {
+Version makeVersion(std::unique_ptr<VersionRecord> made) {
+  VersionRecord* const record = made.get();
+  std::shared_ptr<const VersionRecord> handle(made.release(), [](const VersionRecord* dropped) {
     auto* mine = const_cast<VersionRecord*>(dropped);
     const std::shared_ptr<Store> keep = std::move(mine->store);  // may be the last: the store goes after this
+    if (!mine->isMade) {
+      delete mine;
+      return;
+    }
     const std::lock_guard lock(keep->state().mutex);
     keep->state().dropped.push_back(mine);
     keep->state().due = true;
-  }));
+  });
+  Store::State& state = record->store->state();
+  const std::lock_guard lock(state.mutex);
+  // Dropping must not need memory.
+  if (state.versions >= state.dropped.capacity()) state.dropped.reserve(2 * state.versions + 8);
+  if (record->parent) record->parent->children.push_back(record);
+  ++state.versions;
+  record->isMade = true;
+  return Version(std::move(handle));
 }
 
 Version Version::empty(std::shared_ptr<Store> store, const Grid& grid) {
@@ -46,13 +54,13 @@ Version Version::empty(std::shared_ptr<Store> store, const Grid& grid) {
   if (step != 0 && static_cast<float>(kMostCode) * step != grid.band)
     throw Error(
         fmt::format("a narrow band of {} voxels cannot be told in 16 bits: give a rounder one, as 3", grid.band));
-  auto* record = new VersionRecord;
+  auto record = std::make_unique<VersionRecord>();
   record->grid = grid;
   record->id = store->state().nextId++;
   record->stats.precision = store->precision();
   record->step = step;
   record->store = std::move(store);
-  return makeVersion(record);
+  return makeVersion(std::move(record));
 }
 
 const Grid& Version::grid() const {

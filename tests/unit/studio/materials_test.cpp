@@ -3,6 +3,7 @@
 #include <cmath>
 #include <optional>
 
+#include "clay/store/editor.h"
 #include "panels_rig.h"
 
 namespace argil::studio {
@@ -80,7 +81,15 @@ TEST_F(Materials, ADragOfANumberIsOneStepAndIsFeltByTheScene) {
   rig.until([&] { return rig.bench.idle() && piece().materials[0].material.stiffnessNmm > stiffness; }, "harder");
   EXPECT_EQ(steps(), before + 1);
   EXPECT_DOUBLE_EQ(piece().material.stiffnessNmm, stiffness) << "the piece itself stays";
-  const haptics::Scene scene = engine::sceneOf(*rig.bench.snapshot()->document, haptics::Scene());
+  engine::Document document = *rig.bench.snapshot()->document;
+  EXPECT_FALSE(engine::sceneOf(document, haptics::Scene()).pieces[0].rows) << "no voxel is of it yet";
+  clay::Editor editor(document.pieces[0].version);
+  std::array<uint8_t, clay::kBrickVoxels> values;
+  values.fill(1);
+  document.pieces[0].version.forEachBrick(
+      [&](const clay::Brick& brick) { editor.setChannel(clay::Channel::material, brick.coord, values); });
+  document.pieces[0].version = editor.commit();
+  const haptics::Scene scene = engine::sceneOf(document, haptics::Scene());
   ASSERT_TRUE(scene.pieces[0].rows);
   EXPECT_DOUBLE_EQ(scene.materials[(*scene.pieces[0].rows)[1]].stiffnessNmm,
                    piece().materials[0].material.stiffnessNmm);
