@@ -43,7 +43,9 @@ TEST(BackgroundJob, StandsBehindTheHandButDoesNotStarve) {
     std::thread([&] { helper = getpriority(PRIO_PROCESS, 0); }).join();
   });
   job.wait();
-  EXPECT_GT(work, own);
+  if (own < 5) {  // Else it stands there already.
+    EXPECT_GT(work, own);
+  }
   EXPECT_LE(work, std::max(own, 10));
   EXPECT_EQ(helper, work);
 }
