@@ -67,7 +67,13 @@ void RenewedBlock::put(Editor& editor, std::mutex& editing, const Paint& paint) 
       for (int v = 0; v < kBrickVoxels; ++v) sizes[v] = std::min(std::abs(fields_[i].phi[v]), band_);
     const bool inBand = settleDistance(fields_[i].phi.data(), sizes, band_, 0, *brick).inBand;
     ChannelBlock channels{ChannelPlace{}};
-    if (paint && inBand) channels = paint(*brick, i);
+    try {
+      if (paint && inBand) channels = paint(*brick, i);
+    } catch (...) {
+      const std::lock_guard lock(editing);
+      editor.recycle(brick);
+      throw;
+    }
     const std::lock_guard lock(editing);
     editor.link(brick, inBand);
     if (!paint || !inBand) continue;

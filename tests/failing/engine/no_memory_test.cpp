@@ -4,11 +4,13 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <functional>
 #include <optional>
 
 #include "clay/base/error.h"
 #include "clay/field/primitives.h"
+#include "clay/store/editor.h"
 #include "clay/store/store.h"
 #include "clay/surface/surface.h"
 #include "clay/whole/boolean.h"
@@ -97,6 +99,11 @@ TEST_F(NoMemory, AStrokeLeavesTheClayAsItWasOrIsDone) {
 TEST_F(NoMemory, WholePiecesStayAsTheyAre) {
   const Version a = ball(), b = ball(3);
   const uint64_t before = a.hash();
+  clay::Editor editor(a);
+  std::array<uint8_t, clay::kBrickVoxels> values;
+  values.fill(77);
+  a.forEachBrick([&](const clay::Brick& brick) { editor.setChannel(clay::Channel::red, brick.coord, values); });
+  const Version painted = editor.commit();
   clay::Grid coarse = a.grid();
   coarse.voxelMm = 0.75;
   const Eigen::Isometry3d still = Eigen::Isometry3d::Identity();
@@ -112,6 +119,8 @@ TEST_F(NoMemory, WholePiecesStayAsTheyAre) {
   tryAll("cut", [&] { return clay::combine(a, b, clay::Combination::cut); });
   tryAll("thicken", [&] { return clay::offset(a, 0.7, 1); });
   tryAll("smooth", [&] { return clay::smoothAll(a, 5, true, 1); });
+  tryAll("smooth colours", [&] { return clay::smoothAll(painted, 5, true, 1); });
+  tryAll("resample colours", [&] { return clay::resample(painted, coarse, still, 1); });
   tryAll("resample", [&] { return clay::resample(a, coarse, still, 1); });
 }
 
