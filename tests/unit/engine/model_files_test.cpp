@@ -259,7 +259,8 @@ TEST_F(ModelFiles, SmallModelsFarAwayGoOutWhenTheyAreMovedToZero) {
   const auto sentences = writeModelFiles({folder / "grain.stl"}, document, how);
   EXPECT_THAT(sentences, testing::Contains(HasSubstr("Moved by")));
   Eigen::AlignedBox3d box;
-  for (const Vec3d& p : io::readModel(folder / "grain.stl").objects.at(0).mesh.positions) box.extend(p);
+  const io::ModelFile written = io::readModel(folder / "grain.stl");
+  for (const Vec3d& p : written.objects.at(0).mesh.positions) box.extend(p);
   EXPECT_NEAR(box.sizes().x(), 0.04, 0.002);
 }
 
