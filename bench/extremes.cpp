@@ -36,7 +36,7 @@ using engine::Session;
 constexpr double kVoxel = 0.25;                      // mm; a power of two, so that scaling by another is exact
 constexpr double kBall = 24, kTip = 5, kStep = 0.8;  // voxels
 constexpr int kPoints = 40;
-constexpr double kBand = 3, kMostDigits = 1e-9;
+constexpr double kBand = 3, kLeastShare = 1e-9;
 constexpr int kSpots = 300, kUndos = 100'000;
 
 // All in voxels of a grid whose voxel is `voxelMm` and whose origin lies at `originMm`, moved by `byVoxels`.
@@ -170,7 +170,7 @@ class Table {
   }
   // Those of the band that two fields share.
   void digits(const std::string& name, const Apart& all, const std::string& note) {
-    row(name, "digits", all.finite && all.voxels > 0 ? -std::log10(std::max(all.rms() / kBand, kMostDigits)) : 0,
+    row(name, "digits", all.finite && all.voxels > 0 ? -std::log10(std::max(all.rms() / kBand, kLeastShare)) : 0,
         fmt::format("{}: RMS {:.1e} voxel, {:.1e} at most", note, all.rms(), all.most));
   }
   void equal(const std::string& name, const Apart& all, const std::string& note) {
@@ -206,7 +206,10 @@ void benchExtremes(BenchReport& report, const BenchOptions& options) {
         return work.run({});
       }();
       const Apart now = apart(nearest, rounded);
-      if (now.rms() >= worst.rms()) worst = {std::max(worst.most, now.most), now.squares, now.voxels, now.finite};
+      const bool finite = worst.finite && now.finite;
+      const double most = std::max(worst.most, now.most);
+      if (now.rms() >= worst.rms()) worst = now;
+      worst.finite = finite, worst.most = most;
     }
     table.digits("rounding/" + work.name, worst, "against to nearest");
   }
@@ -272,12 +275,10 @@ void benchExtremes(BenchReport& report, const BenchOptions& options) {
     session.endStroke();
     const Version after = session.version();
     const uint64_t bricks = after.store()->usage().bricks;
-    Apart all2;
     for (int i = 0; i < kUndos; ++i) session.undo(), session.redo();
-    all2 = apart(after, session.version());
-    all2.voxels = std::max<uint64_t>(all2.voxels, 1);
+    const Apart there = apart(after, session.version());
     const bool flat = after.store()->usage().bricks == bricks;
-    table.equal("undo-redo", all2,
+    table.equal("undo-redo", there,
                 fmt::format("{} times; bricks {} before and {} after", kUndos, bricks, after.store()->usage().bricks));
     table.row("undo-redo-memory", "holds", flat ? 1 : 0, "no brick more");
   }

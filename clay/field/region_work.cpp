@@ -11,6 +11,7 @@
 
 #include "clay/base/parallel.h"
 #include "clay/field/settle.h"
+#include "clay/field/work_rooms.h"
 #include "clay/store/brick_set.h"
 #include "clay/store/channel_source.h"
 #include "clay/store/store.h"
@@ -119,35 +120,6 @@ double areaOf(const Version& version) {
   return double(edges) / (7.0 / 8.0) / 1.5;
 }
 
-void forEachItem(size_t count, int threads, const WorkPart& part,
-                 const std::function<void(size_t, DistanceBox&)>& work) {
-  part.step(0);
-  std::mutex mutex;
-  std::vector<std::unique_ptr<DistanceBox>> spare;
-  size_t done = 0;
-  parallelBlocks(
-      count, threads,
-      [&](size_t begin, size_t end) {
-        std::unique_ptr<DistanceBox> box;
-        {
-          const std::lock_guard lock(mutex);
-          if (!spare.empty()) {
-            box = std::move(spare.back());
-            spare.pop_back();
-          }
-        }
-        if (!box) box = std::make_unique<DistanceBox>();
-        for (size_t i = begin; i < end; ++i) {
-          work(i, *box);
-          const std::lock_guard lock(mutex);
-          part.step(static_cast<double>(++done) / static_cast<double>(count));
-        }
-        const std::lock_guard lock(mutex);
-        spare.push_back(std::move(box));
-      },
-      1);
-}
-
 namespace {
 
 // What a new brick of these distances has in its channels.
@@ -174,7 +146,7 @@ Version rebuild(const Version& source, std::span<const Coord> regions, DistanceB
   copyTiles(source, editor);
   std::mutex editing;
   std::vector<Coord> written;
-  forEachItem(regions.size(), threads, part.part(0, 0.98), [&](size_t i, DistanceBox& box) {
+  forEachWithRoom<DistanceBox>(regions.size(), threads, part.part(0, 0.98), [&](size_t i, DistanceBox& box) {
     const Coord first = regions[i] * kRegionBricks;
     if (!box.fill(source, first * kBrickEdge, Coord{1, 1, 1} * kRegionVoxels, reach)) return;
     std::vector<std::array<float, kBrickVoxels>> values;

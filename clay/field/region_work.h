@@ -29,11 +29,6 @@ void copyTiles(const Version& version, Editor& target);
 /// and in voxels, as fine as the target's store keeps them.
 void copyAll(const Version& version, Editor& target, const WorkPart& part);
 
-/// Calls work(item, box) for each item below `count` on so many threads, in no set order, each thread with a box of its
-/// own; tells `part` how far it is after each item.
-void forEachItem(size_t count, int threads, const WorkPart& part,
-                 const std::function<void(size_t, DistanceBox&)>& work);
-
 /// A version of the same grid in a store of its own: each voxel of `regions` has the distance of a box that was filled
 /// there with `reach`, less `shift`; elsewhere there are the tiles of `source`. Channels come along from the nearest
 /// place of the old surface. The result depends on neither threads nor order.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "clay/base/parallel.h"
 #include "clay/field/settle.h"
 #include "clay/store/brick_margins.h"
 #include "clay/store/channel_source.h"
@@ -87,10 +86,6 @@ RenewedBlock::Feet::Feet(const RenewedBlock& block, size_t number) {
   block.renewal_->around(number, around_.data());
 }
 
-float RenewedBlock::Feet::distance(int voxel) const {
-  return std::abs(around_[static_cast<size_t>(wideOffset((voxel >> 6) + 2, ((voxel >> 3) & 7) + 2, (voxel & 7) + 2))]);
-}
-
 Vec3f RenewedBlock::Feet::way(int voxel) const {
   const float* at = around_.data() + wideOffset((voxel >> 6) + 2, ((voxel >> 3) & 7) + 2, (voxel & 7) + 2);
   constexpr int kSteps[3] = {12 * kWideRow, kWideRow, 1};
@@ -102,35 +97,6 @@ Vec3f RenewedBlock::Feet::way(int voxel) const {
   }
   const float length = way.norm();
   return length > 0 ? Vec3f(way * (own / length)) : way;
-}
-
-void forEachBlock(std::span<const Coord> blocks, int threads, const WorkPart& part,
-                  const std::function<void(Coord, RenewedBlock&)>& work) {
-  part.step(0);
-  std::mutex mutex;
-  std::vector<std::unique_ptr<RenewedBlock>> spare;
-  size_t done = 0;
-  parallelBlocks(
-      blocks.size(), threads,
-      [&](size_t begin, size_t end) {
-        for (size_t i = begin; i < end; ++i) {
-          std::unique_ptr<RenewedBlock> room;
-          {
-            const std::lock_guard lock(mutex);
-            if (!spare.empty()) {
-              room = std::move(spare.back());
-              spare.pop_back();
-            }
-          }
-          // Fresh pages for each block would cost more than what is done in them.
-          if (!room) room = std::make_unique<RenewedBlock>();
-          work(blocks[i], *room);
-          const std::lock_guard lock(mutex);
-          spare.push_back(std::move(room));
-          part.step(static_cast<double>(++done) / static_cast<double>(blocks.size()));
-        }
-      },
-      1);
 }
 
 }  // namespace argil::clay

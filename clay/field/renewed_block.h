@@ -3,14 +3,11 @@
 
 #include <array>
 #include <functional>
-#include <memory>
 #include <mutex>
 #include <optional>
-#include <span>
 #include <utility>
 #include <vector>
 
-#include "clay/base/work_part.h"
 #include "clay/field/renewal.h"
 #include "clay/store/channel_reader.h"
 #include "clay/store/sampler.h"
@@ -54,7 +51,6 @@ class RenewedBlock {
    public:
     Feet(const RenewedBlock& block, size_t number);
     [[nodiscard]] Vec3f way(int voxel) const;
-    [[nodiscard]] float distance(int voxel) const;  ///< Without its sign.
 
    private:
     std::array<float, kWideSize> around_;
@@ -72,9 +68,5 @@ class RenewedBlock {
   std::vector<std::pair<Coord, bool>> tiles_;
   std::optional<Renewal> renewal_;
 };
-
-/// Calls work(block, room) for each block on so many threads, each with a room of its own; tells `part` how far it is.
-void forEachBlock(std::span<const Coord> blocks, int threads, const WorkPart& part,
-                  const std::function<void(Coord, RenewedBlock&)>& work);
 
 }  // namespace argil::clay

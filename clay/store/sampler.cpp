@@ -78,30 +78,43 @@ float Sampler::voxel(Coord v) noexcept {
   return slot(v >> kBrickBits).phi(Brick::offset(v.x & 7, v.y & 7, v.z & 7), band_, step_);
 }
 
+namespace {
+
+// `count` values along z from an offset on.
+inline void copyRow(const Slot& slot, int from, int count, float band, float step, float* out) noexcept {
+  if (slot.isTile())
+    std::fill_n(out, count, slot.phi(0, band));
+  else
+    slot.brick()->read(from, count, out, step);
+}
+
+}  // namespace
+
 // Copies n³ voxels from `first` on into out[x][y][z]; n ≤ 4, so at most eight bricks are met.
 template <int n>
 void Sampler::gather(Coord first, float (&out)[n][n][n]) noexcept {
   const int lx = first.x & 7, ly = first.y & 7, lz = first.z & 7;
+  const Coord brick = first >> kBrickBits;
   if (lx <= 8 - n && ly <= 8 - n && lz <= 8 - n) {
-    const Slot s = slot(first >> kBrickBits);
+    const Slot s = slot(brick);
     for (int x = 0; x < n; ++x)
-      for (int y = 0; y < n; ++y)
-        for (int z = 0; z < n; ++z) out[x][y][z] = s.phi(Brick::offset(lx + x, ly + y, lz + z), band_, step_);
+      for (int y = 0; y < n; ++y) copyRow(s, Brick::offset(lx + x, ly + y, lz), n, band_, step_, out[x][y]);
     return;
   }
-  const Coord brick = first >> kBrickBits;
   Slot slots[2][2][2];
   for (int i = 0; i < 8; ++i) {
     const int ix = i >> 2, iy = (i >> 1) & 1, iz = i & 1;
     if ((ix && lx <= 8 - n) || (iy && ly <= 8 - n) || (iz && lz <= 8 - n)) continue;
     slots[ix][iy][iz] = slot(brick + Coord{ix, iy, iz});
   }
+  const int here = std::min(n, kBrickEdge - lz);
   for (int x = 0; x < n; ++x)
-    for (int y = 0; y < n; ++y)
-      for (int z = 0; z < n; ++z) {
-        const int vx = lx + x, vy = ly + y, vz = lz + z;
-        out[x][y][z] = slots[vx >> 3][vy >> 3][vz >> 3].phi(Brick::offset(vx & 7, vy & 7, vz & 7), band_, step_);
-      }
+    for (int y = 0; y < n; ++y) {
+      const int vx = lx + x, vy = ly + y;
+      const auto& along = slots[vx >> 3][vy >> 3];
+      copyRow(along[0], Brick::offset(vx & 7, vy & 7, lz), here, band_, step_, out[x][y]);
+      if (here < n) copyRow(along[1], Brick::offset(vx & 7, vy & 7, 0), n - here, band_, step_, out[x][y] + here);
+    }
 }
 
 float Sampler::trilinear(const Vec3d& p) noexcept {
@@ -182,6 +195,16 @@ float Sampler::distance(const Vec3d& p) noexcept {
     const float way = std::sqrt((dx * dx + dy * dy) + dz * dz), value = v[x + 1][y + 1][z + 1];
     least = std::max(least, value - way);
     most = std::min(most, value + way);
+  }
+  bool allKnown = true;
+  for (int i = 0; i < 16; ++i)
+    for (const float value : v[i >> 2][i & 3]) allKnown &= std::abs(value) < band_;
+  if (allKnown) {
+    using Vec4f = Eigen::Vector4f;
+    Vec4f rows = Vec4f::Zero();  // along z, summed over the others
+    for (int x = 0; x < 4; ++x)
+      for (int y = 0; y < 4; ++y) rows += wx[x] * wy[y] * Eigen::Map<const Vec4f>(v[x][y]);
+    return std::max(least, std::min(most, rows.dot(Eigen::Map<const Vec4f>(wz))));
   }
   float planes[4];
   unsigned unknownPlanes = 0;

@@ -10,6 +10,7 @@
 #include "clay/field/redistance.h"
 #include "clay/field/region_work.h"
 #include "clay/field/settle.h"
+#include "clay/field/work_rooms.h"
 #include "clay/store/brick_set.h"
 #include "clay/store/channel_source.h"
 #include "clay/store/sampler.h"
@@ -262,7 +263,7 @@ std::vector<Coord> blend(Editor& editor, const Version& a, const Version& b, Com
   const bool turnA = how == Combination::join, turnB = how != Combination::intersect;
   std::mutex editing;
   std::vector<Coord> changed;
-  forEachItem(regions.size(), threads, part.part(0, 0.9), [&](size_t i, DistanceBox& boxA) {
+  forEachWithRoom<DistanceBox>(regions.size(), threads, part.part(0, 0.9), [&](size_t i, DistanceBox& boxA) {
     DistanceBox boxB;
     const Coord first = regions[i] * kRegionBricks, size{kRegionVoxels, kRegionVoxels, kRegionVoxels};
     const DistanceBox::Reach reach{far, far};

@@ -13,6 +13,7 @@
 #include "clay/field/region_work.h"
 #include "clay/field/renewed_block.h"
 #include "clay/field/settle.h"
+#include "clay/field/work_rooms.h"
 #include "clay/store/brick_set.h"
 #include "clay/store/channel_source.h"
 #include "clay/store/sampler.h"
@@ -27,6 +28,8 @@ constexpr double kLargestStep = 2;    // of voxel sizes: what lies beside the su
 constexpr double kWholeVoxel = 1e-9;  // voxels: a shift this near to whole voxels is one
 // New voxels: what lies beside the surface is nearer, and read by splines. Two old voxels each are still in the band.
 constexpr float kBeside = 1.3f;
+// New voxels, from the middle of a brick or of an eighth of one to its farthest voxel.
+constexpr float kBrickHalfDiagonal = 6.1f, kPartHalfDiagonal = 2.6f;
 constexpr size_t kMostErrorPoints = 1'000'000;
 
 // From the new voxels to the old ones.
@@ -66,6 +69,8 @@ class Resampler {
         inverse_(mapBetween(grid, source.grid(), pose.inverse())),
         scale_(grid.voxelMm / source.grid().voxelMm),
         whole_(isWhole(map_, source.grid(), grid)),
+        // Where splines reach the end of the new band nothing is left to be solved.
+        solves_(!whole_ && kOwnDistance < grid.band * scale_),
         channels_(ChannelSource::any(source)) {
     if (whole_) {
       map_.matrix = map_.matrix.array().round().eval();
@@ -81,10 +86,13 @@ class Resampler {
     for (const auto& [block, bricks] : byBlock_) blocks.push_back(block);
     std::sort(blocks.begin(), blocks.end());
     std::mutex editing;
-    forEachBlock(blocks, threads, part.part(0, 0.98),
-                 [&](Coord block, RenewedBlock& room) { fill(block, room, editor, editing); });
+    forEachWithRoom<RenewedBlock>(blocks.size(), threads, part.part(0, 0.98),
+                                  [&](size_t i, RenewedBlock& room) { fill(blocks[i], room, editor, editing); });
     // Splines are steeper than the distances that they lead through where those have a crease.
-    if (!whole_) limitSlopes(editor, bricks_, threads, part.part(0.98, 1));
+    if (!whole_) {
+      std::erase_if(bricks_, [&](Coord brick) { return editor.find(brick).isTile(); });
+      limitSlopes(editor, bricks_, threads, part.part(0.98, 1));
+    }
     return editor.commit();
   }
 
@@ -95,7 +103,7 @@ class Resampler {
     const double reach = grid_.band * scale_ + 2;
     const Vec3d r = Vec3d::Constant(reach), size = Vec3d::Constant(kBrickEdge - 1);
     source_.forEachBrick([&](const Brick& brick) {
-      if (!besideSurface(brick)) return;
+      if (!whole_ && !besideSurface(brick)) return;
       const Vec3d first = (brick.coord * kBrickEdge).toVec3d();
       Vec3d low, high;
       bounds(inverse_, first - r, first + size + r, low, high);
@@ -120,10 +128,10 @@ class Resampler {
       for (int x = low.x; x <= high.x; ++x)
         for (int y = low.y; y <= high.y; ++y)
           for (int z = low.z; z <= high.z; ++z)
-            if (Coord{x, y, z} != own && !whole_) byBlock_[{x, y, z}].push_back(brick);
+            if (Coord{x, y, z} != own && solves_) byBlock_[{x, y, z}].push_back(brick);
     }
   }
-  // Whether a voxel lies within one of the surface, as one beside each crossing does.
+  // Whether a voxel lies within two of the surface, as one beside each crossing does, however steep the field is there.
   static bool besideSurface(const Brick& brick) {
     if (brick.anyInside && brick.anyOutside) return true;
     BrickValues room;
@@ -178,8 +186,15 @@ class Resampler {
   void fill(Coord block, RenewedBlock& room, Editor& editor, std::mutex& editing) {
     room.begin(block, grid_.band);
     Sampler field(source_);
-    for (const Coord brick : byBlock_.at(block)) sample(field, brick, room.add(brick));
-    if (!whole_) {
+    for (const Coord brick : byBlock_.at(block)) {
+      const Vec3d middle = map_((brick * kBrickEdge).toVec3d() + Vec3d::Constant(3.5));
+      if (float side = 0; !whole_ && isFar(field, middle, kBrickHalfDiagonal, side)) {
+        if (room.holds(brick)) room.addTile(brick, side < 0);
+        continue;
+      }
+      sample(field, brick, room.add(brick));
+    }
+    if (solves_) {
       std::array<BrickValues, 2> tiles;
       std::fill(std::begin(tiles[0]), std::end(tiles[0]), grid_.band);
       std::fill(std::begin(tiles[1]), std::end(tiles[1]), -grid_.band);
@@ -204,7 +219,9 @@ class Resampler {
       const Coord low = Coord{i >> 2, (i >> 1) & 1, i & 1} * kPart;
       const Vec3d from = first + map_.matrix * low.toVec3d();
       float side = 0;
-      const bool far = !whole_ && allTiles(field, from, kPart - 1, side);
+      const bool far =
+          !whole_ && (allTiles(field, from, kPart - 1, side) ||
+                      isFar(field, from + map_.matrix * Vec3d::Constant((kPart - 1) / 2.0), kPartHalfDiagonal, side));
       for (int x = 0; x < kPart; ++x)
         for (int y = 0; y < kPart; ++y) {
           float* const row = phi + Brick::offset(low.x + x, low.y + y, low.z);
@@ -216,18 +233,25 @@ class Resampler {
     }
   }
   void sampleRow(Sampler& field, Vec3d p, std::span<float> row) const {
-    constexpr float kHalfDiagonal = 0.95f;  // of a voxel, and a field as steep as it may be
-    const float perVoxel = static_cast<float>(1 / scale_),
-                near = std::max(kOwnDistance, kBeside * static_cast<float>(scale_)) + kHalfDiagonal;
+    // Of a voxel, and a field as steep as it may be; and what lines between voxels are off by at a crease.
+    constexpr float kHalfDiagonal = 0.95f, kBent = 0.3f;
+    // What lies farther from the surface than the new band says no more than the side.
+    const float scale = static_cast<float>(scale_),
+                near = std::min(std::max(kOwnDistance, kBeside * scale), grid_.band * scale);
     for (float& phi : row) {
-      const float nearest = field.voxel({nearestInt(p.x()), nearestInt(p.y()), nearestInt(p.z())});
-      if (whole_)
-        phi = nearest;
-      else
-        phi = std::abs(nearest) < std::min(near, field.band()) ? field.distance(p) * perVoxel
-                                                               : std::copysign(grid_.band, nearest);
+      phi = field.voxel({nearestInt(p.x()), nearestInt(p.y()), nearestInt(p.z())});
+      if (!whole_) {
+        bool far = std::abs(phi) >= std::min(near + kHalfDiagonal, field.band());
+        if (!far) far = std::abs(phi = field.trilinear(p)) >= near + kBent;
+        phi = far ? std::copysign(grid_.band, phi) : field.distance(p) / scale;
+      }
       p += map_.matrix.col(2);
     }
+  }
+  // Whether the band reaches nothing within so many new voxels of a place, which the old band knows.
+  [[nodiscard]] bool isFar(Sampler& field, const Vec3d& middle, float newVoxels, float& side) const {
+    side = field.trilinear(middle);
+    return std::abs(side) > (grid_.band + newVoxels) * kSteepest * static_cast<float>(scale_);
   }
   static int nearestInt(double v) { return static_cast<int>(std::floor(v + 0.5)); }
   // Whether there are nothing but tiles of one side where a cube of new voxels lies, and all that splines read there.
@@ -258,7 +282,7 @@ class Resampler {
     ChannelBlock block{ChannelPlace{}};
     ChannelBytes bytes;
     std::optional<RenewedBlock::Feet> feet;
-    if (!whole_) feet.emplace(room, number);
+    if (solves_) feet.emplace(room, number);
     for (int v = 0; v < kBrickVoxels; ++v) {
       if (!(std::abs(brick.value[v]) < grid_.band)) continue;
       const Vec3d at = (brick.coord * kBrickEdge + Coord{v >> 6, (v >> 3) & 7, v & 7}).toVec3d();
@@ -276,7 +300,7 @@ class Resampler {
   Grid grid_;
   VoxelMap map_, inverse_;
   double scale_;  // old voxels a new one
-  bool whole_, channels_;
+  bool whole_, solves_, channels_;
   std::vector<Coord> bricks_;
   std::unordered_map<Coord, std::vector<Coord>, CoordHash> byBlock_;
   std::vector<std::vector<Coord>> marked_;

@@ -14,6 +14,7 @@
 #include "clay/field/region_work.h"
 #include "clay/field/renewed_block.h"
 #include "clay/field/settle.h"
+#include "clay/field/work_rooms.h"
 #include "clay/store/brick_margins.h"
 #include "clay/store/brick_set.h"
 #include "clay/store/channel_source.h"
@@ -147,9 +148,10 @@ Version evenedOut(const Version& source, const std::shared_ptr<Store>& store, in
   Editor editor(Version::empty(store, source.grid()));
   copyTiles(source, editor);
   std::mutex editing;
-  forEachBlock(blocksOf(source), threads, part, [&](Coord block, RenewedBlock& room) {
+  const std::vector<Coord> blocks = blocksOf(source);
+  forEachWithRoom<RenewedBlock>(blocks.size(), threads, part, [&](size_t i, RenewedBlock& room) {
     Sampler field(source);
-    average(field, block, passes, shift, room);
+    average(field, blocks[i], passes, shift, room);
     room.solve(Renew::all, field);
     ChannelSource old(source);
     const auto paint = [&](const FloatBrick& brick, size_t number) {
@@ -165,11 +167,12 @@ Version moved(const Version& source, float shift, int threads, const WorkPart& p
   const float band = source.grid().band;
   Editor editor(source);
   std::mutex editing;
-  forEachBlock(blocksOf(source), threads, part, [&](Coord block, RenewedBlock& room) {
-    room.begin(block, band);
+  const std::vector<Coord> blocks = blocksOf(source);
+  forEachWithRoom<RenewedBlock>(blocks.size(), threads, part, [&](size_t i, RenewedBlock& room) {
+    room.begin(blocks[i], band);
     Sampler field(source);
-    for (int i = 0; i < kBlockEdge * kBlockEdge * kBlockEdge; ++i) {
-      const Coord brick = room.first() + Coord{i >> (2 * kBlockBits), (i >> kBlockBits) % kBlockEdge, i % kBlockEdge};
+    for (int b = 0; b < kBlockEdge * kBlockEdge * kBlockEdge; ++b) {
+      const Coord brick = room.first() + Coord{b >> (2 * kBlockBits), (b >> kBlockBits) % kBlockEdge, b % kBlockEdge};
       const Slot slot = field.slot(brick);
       if (slot.isTile()) continue;
       BrickValues values;

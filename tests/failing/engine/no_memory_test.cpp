@@ -19,7 +19,7 @@
 #include "clay/whole/smooth_all.h"
 #include "engine/saving/session.h"
 #include "engine/tools/tool_table.h"
-#include "tests/support/failing_memory.h"
+#include "tests/support/own_new.h"
 #include "tests/support/tier.h"
 
 namespace argil::engine {

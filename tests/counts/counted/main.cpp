@@ -13,39 +13,8 @@
 #include <string>
 #include <string_view>
 
-#include "tests/counts/work/pieces_of_work.h"
-
-namespace {
-
-size_t allocations = 0;
-
-void* counted(size_t bytes, size_t alignment) {
-  ++allocations;
-  void* const room = std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
-  if (!room) throw std::bad_alloc();
-  return room;
-}
-
-}  // namespace
-
-void* operator new(size_t bytes) {
-  return counted(bytes, __STDCPP_DEFAULT_NEW_ALIGNMENT__);
-}
-void* operator new(size_t bytes, std::align_val_t alignment) {
-  return counted(bytes, static_cast<size_t>(alignment));
-}
-void operator delete(void* room) noexcept {
-  std::free(room);
-}
-void operator delete(void* room, size_t) noexcept {
-  std::free(room);
-}
-void operator delete(void* room, std::align_val_t) noexcept {
-  std::free(room);
-}
-void operator delete(void* room, size_t, std::align_val_t) noexcept {
-  std::free(room);
-}
+#include "tests/counts/counted/pieces_of_work.h"
+#include "tests/support/own_new.h"
 
 namespace {
 
@@ -73,12 +42,12 @@ int main(int count, char** arguments) {
     if (!wanted.empty() && wanted.find("," + piece.name + ",") == std::string::npos) continue;
     const std::function<void(int)> work = piece.begin();
     work(piece.times);  // What is made once is made now.
-    const size_t before = allocations;
+    const size_t before = argil::tests::allocations();
     CALLGRIND_START_INSTRUMENTATION;
     work(piece.times * times / 100);
     if (added) plant(added, piece.times);
     CALLGRIND_STOP_INSTRUMENTATION;
-    std::printf("%s %zu\n", piece.name.c_str(), allocations - before);
+    std::printf("%s %zu\n", piece.name.c_str(), argil::tests::allocations() - before);
     CALLGRIND_DUMP_STATS_AT(piece.name.c_str());
     CALLGRIND_ZERO_STATS;
   }

@@ -1,5 +1,6 @@
 #pragma once
-// Memory that is not there when it is asked for the n-th time, for the program that failing_memory.cpp is linked to.
+// operator new of a test program's own, for the program that own_new.cpp is linked to: it counts, and fails when it is
+// asked to.
 
 #include <cstddef>
 
@@ -7,6 +8,9 @@ namespace argil::tests {
 
 /// Whether operator new is this program's own: not where a sanitizer has it.
 [[nodiscard]] bool memoryCanFail();
+
+/// How often this thread allocated so far; 0 where memoryCanFail() is false.
+[[nodiscard]] size_t allocations();
 
 /// While it stands the `nth` allocation (from 1 on) of the thread that made it throws std::bad_alloc, and every later
 /// one too if `forGood`.

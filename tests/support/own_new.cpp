@@ -1,4 +1,4 @@
-#include "tests/support/failing_memory.h"
+#include "tests/support/own_new.h"
 
 #include <cstdlib>
 #include <new>
@@ -18,11 +18,15 @@ struct State {
   bool counts = false, forGood = false, refused = false;
 };
 thread_local State state;
+thread_local size_t made = 0;
 
 }  // namespace
 
 bool memoryCanFail() {
   return ARGIL_OWN_NEW;
+}
+size_t allocations() {
+  return made;
 }
 FailingMemory::FailingMemory(size_t nth, bool forGood) {
   state = {nth, true, forGood, false};
@@ -38,6 +42,7 @@ bool FailingMemory::refused() const {
 namespace {
 
 void* granted(size_t bytes, size_t alignment) {
+  ++made;
   if (state.counts && (state.left == 0 || --state.left == 0) && (state.forGood || !state.refused)) {
     state.refused = true;
     throw std::bad_alloc();

@@ -1,4 +1,4 @@
-#include "tests/counts/work/pieces_of_work.h"
+#include "tests/counts/counted/pieces_of_work.h"
 
 #include <cmath>
 #include <memory>
