@@ -5,11 +5,13 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cstddef>
 #include <functional>
 #include <optional>
 
 #include "clay/base/error.h"
 #include "clay/field/primitives.h"
+#include "clay/field/scratch.h"
 #include "clay/store/editor.h"
 #include "clay/store/store.h"
 #include "clay/surface/surface.h"
@@ -137,6 +139,16 @@ TEST_F(NoMemory, ASurfaceIsThereTheNextTime) {
       [] {});
   EXPECT_GT(failed, 10);
   EXPECT_EQ(surface.hash(), fresh.hash());
+}
+
+TEST_F(NoMemory, ARoomThatCouldNotGrowIsAskedForAnew) {
+  const auto room = [](size_t bytes) { return clay::Scratch::of<std::byte>(bytes, clay::Scratch::Room::bricks); };
+  (void)room(1 << 10);
+  {
+    const tests::FailingMemory memory(1);
+    EXPECT_THROW((void)room(1 << 24), std::bad_alloc);
+  }
+  EXPECT_NE(room(1 << 12).data(), nullptr);
 }
 
 }  // namespace

@@ -4,7 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+
 #include "clay/field/primitives.h"
+#include "clay/store/editor.h"
+#include "clay/store/sampler.h"
 #include "clay/store/store.h"
 #include "tests/unit/clay/clay_checks.h"
 #include "tests/unit/clay/whole_checks.h"
@@ -81,6 +86,23 @@ TEST(Resample, SameBitsOnAnyThreadsAndRefuses) {
   Job job;
   job.cancel();
   EXPECT_THROW((void)resample(block, gridOf(0.3), stay, 2, &job), Cancelled);
+}
+
+// A field three times as steep as a distance, as strokes may leave, that is zero between two bricks: no voxel of either
+// is near to the surface.
+TEST(Resample, ASteepSurfaceBetweenTwoBricksIsFound) {
+  Editor editor(Version::empty(Store::make(), gridOf(0.5, Vec3d::Zero())));
+  for (int b = 0; b < 512; ++b) {
+    const Coord brick{b >> 6, (b >> 3) & 7, b & 7};
+    std::array<float, kBrickVoxels> phi;
+    for (int v = 0; v < kBrickVoxels; ++v)
+      phi[static_cast<size_t>(v)] = std::clamp(3 * (static_cast<float>(8 * brick.x + (v >> 6)) - 23.5f), -3.0f, 3.0f);
+    editor.setVoxels(brick, phi);
+  }
+  const Version result = resample(editor.commit(), gridOf(0.4, Vec3d::Zero()), Eigen::Isometry3d::Identity(), 1);
+  Sampler sampler(result);
+  for (const double x : {11.4, 12.1})
+    EXPECT_EQ(sampler.trilinear(result.grid().toVoxel(Vec3d(x, 16, 16))) < 0, x < 11.75) << x;
 }
 
 }  // namespace
