@@ -117,5 +117,6 @@ void benchDay(BenchReport& report, const BenchOptions& options);  ///< All four 
 void benchBuzz(BenchReport& report, const BenchOptions& options);
 void benchStability(BenchReport& report, const BenchOptions& options);
 void benchExtremes(BenchReport& report, const BenchOptions& options);
+void benchTradeoff(BenchReport& report, const BenchOptions& options);
 
 }  // namespace argil::bench

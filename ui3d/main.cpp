@@ -109,6 +109,9 @@ int run(int argc, char** argv) {
   sculptVerb->add_option("--voxel", sculpt.voxelMm, "Voxel size in mm");
   sculptVerb->add_option("--bits", sculpt.bits, "Of a voxel's distance: 32, or 16 in half the memory")
       ->check(CLI::IsMember({16, 32}));
+  sculptVerb->add_option("--quality", sculpt.quality,
+                         "Speed against accuracy: draft, balanced or fine, and axes behind it, such as "
+                         "fine,spacing=0.05; argil tools --quality lists them");
   sculptVerb->add_option("--device", sculpt.device, "Simulated device (argil devices lists them)")
       ->capture_default_str();
   surfaceOption(sculptVerb, sculpt.surface, "fine in files, crisp in pictures");
@@ -233,6 +236,8 @@ int run(int argc, char** argv) {
   toolsVerb->add_flag("--json", tools.json, "As JSON, with every parameter");
   toolsVerb->add_flag("--ids", tools.ids, "Their names in scripts alone, one a line");
   toolsVerb->add_flag("--operations", tools.operations, "The operations on whole pieces in place of the tools");
+  toolsVerb->add_flag("--quality", tools.quality,
+                      "What speed can be traded for, and what the presets draft, balanced and fine set");
   toolsVerb->add_flag("--scripts", tools.scripts,
                       "The page on scripts: every field, tool and operation, with units and ranges");
   toolsVerb->add_option("--demo", tools.demo, "Print a script that shows this tool");

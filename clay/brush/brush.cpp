@@ -37,6 +37,9 @@ std::shared_ptr<const Brush> Brush::of(Method method, float amount) {
 }
 
 void Brush::check() const {
+  quality.check();
+  if (!(perStamp >= 0.01 && perStamp <= 1000))
+    throw Error(fmt::format("a brush's stamps that stand for {:g} each: give 0.01 to 1000", perStamp));
   if (operations.empty() || operations.size() > 4) throw Error("a brush has one to four operations");
   for (size_t i = 0; i < operations.size(); ++i) {
     const Operation& each = operations[i];

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "clay/brush/quality.h"
 #include "clay/store/editor.h"
 
 namespace argil::clay {
@@ -86,6 +87,9 @@ struct Brush {
   std::shared_ptr<const StampShape> shape;
   std::shared_ptr<const HeightImage> image;  ///< Raise: its height over the tip's x and y instead of the falloff.
   Version before;                            ///< Morph: of the same store and grid.
+  /// A stamp stands for so many of those that the tool was made for: stamps farther apart each do more. 0.01 to 1000.
+  double perStamp = 1;
+  Quality quality;
 
   /// One operation on distances.
   [[nodiscard]] static std::shared_ptr<const Brush> of(Method method, float amount = 1);

@@ -101,7 +101,7 @@ void applyToChannels(Editor& editor, const Brush& brush, const Operation& operat
     const ChannelPlace& place = clay.at(coord);
     if (masks && place.channel[indexOf(Channel::mask)] == ChannelSlot(true)) continue;
     float weight[kBrickVoxels];
-    imageWeights(images, operation.shape, coord, weight);
+    imageWeights(images, operation.shape, coord, static_cast<float>(brush.perStamp), weight);
     if (std::all_of(std::begin(weight), std::end(weight), [&](float w) { return w * amount < kLeastShare; })) continue;
     if (blurs && !blur.gather(clay, coord, operation.property == Property::colour)) continue;
     ChannelBlock block(place);

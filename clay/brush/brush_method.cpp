@@ -37,6 +37,13 @@ void imageWeights(std::span<const Stamp> images, Falloff shape, Coord coord, flo
   for (const Stamp& each : images) ballWeights(sweptBall(each, coord), static_cast<int>(shape), each.strength, weight);
 }
 
+void imageWeights(std::span<const Stamp> images, Falloff shape, Coord coord, float perStamp,
+                  float (&weight)[kBrickVoxels]) {
+  imageWeights(images, shape, coord, weight);
+  if (perStamp == 1) return;
+  for (float& w : weight) w = perStamp * w / (1 + (perStamp - 1) * w);
+}
+
 float falloff(Falloff shape, float t) noexcept {
   if (!(t < 1)) return 0;
   switch (shape) {

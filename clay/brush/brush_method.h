@@ -116,6 +116,10 @@ class DistanceMethod {
 /// Weight of the images at the voxels of a brick: the largest over all images of falloff(distance to the segment /
 /// radius) · strength. Centre-relative arithmetic, so that mirrored bricks have mirrored bits.
 void imageWeights(std::span<const Stamp> images, Falloff shape, Coord coord, float (&weight)[kBrickVoxels]);
+/// The same where what is left goes towards something: `perStamp` stamps (Brush::perStamp) do at once what one of these
+/// weights does so often, w → n·w / (1 + (n − 1)·w), so that 0 and 1 stay.
+void imageWeights(std::span<const Stamp> images, Falloff shape, Coord coord, float perStamp,
+                  float (&weight)[kBrickVoxels]);
 
 /// Where voxel (x, y, z) of a brick lies relative to a point, computed through the brick's middle: mirrored places give
 /// mirrored bits.

@@ -30,8 +30,6 @@ const double kHalfDiagonal = 3.5 * std::sqrt(3.0) + 0.01;
 // The same for a region of 8×8×8 bricks, so that a brush of any size costs its surface.
 const double kRegionHalfDiagonal = 31.5 * std::sqrt(3.0) + 0.01;
 
-// Redistancing follows this many stamps behind the last one that touched a brick: the tool has moved on by then.
-constexpr uint64_t kTrail = 2;
 // Due bricks are gathered until their count is worth the ring of neighbours that is solved along with them.
 constexpr size_t kBatch = 64;
 // Due bricks that one step before an application redistances.
@@ -40,9 +38,7 @@ constexpr size_t kPreparedAtOnce = 512;
 constexpr double kPlaceStep = 1.0 / 65536;
 // Bricks of an application that are worth a second thread.
 constexpr size_t kParallelFrom = 256;
-// Applications whose bricks are computed together: as many as move clay by less than the first, voxels, and no more
-// than the second. What is shown lags by less.
-constexpr double kMoveTogether = 12;
+// Applications whose bricks are computed together at most. What is shown lags by less.
 constexpr size_t kTogether = 4;
 // Clay that moves by no more than this stays in the bricks around those that it was in.
 constexpr double kMoveWithin = 6;
@@ -81,7 +77,10 @@ const Operation* distanceOperation(const Brush& brush) {
 
 struct BrushStroke::State {
   State(Version base, std::shared_ptr<const Brush> given, Version start, int threadCount)
-      : brush(std::move(given)), threads(threadCount) {
+      : brush(std::move(given)),
+        threads(threadCount),
+        redistancing{.tolerance = static_cast<float>(brush->quality.tolerance), .passes = brush->quality.passes},
+        trail(static_cast<float>(brush->quality.drift)) {
     brush->check();
     if (const Operation* operation = distanceOperation(*brush)) {
       if (operation->method == Method::carve) tool = Method::carve;
@@ -105,6 +104,7 @@ struct BrushStroke::State {
   CarriedFrom carriedFrom;
   std::optional<MaskReach> maskReach;  // of clay that has a mask
 
+  Redistancing redistancing;
   Trail trail;
 
   // A brick that the tip reaches: what it was, what it becomes, and what covers it.
@@ -175,7 +175,7 @@ struct BrushStroke::State {
     return false;
   }
   // Whether bricks of an application are computed together with those that wait.
-  [[nodiscard]] bool goesAlong(double move) const { return begunMove + move <= kMoveTogether; }
+  [[nodiscard]] bool goesAlong(double move) const { return begunMove + move <= brush->quality.together; }
 
   // Frees what versions that were dropped on the way alone used: as much as has been made since the last time, so that
   // memory does not follow the stroke's length.
@@ -457,7 +457,7 @@ void BrushStroke::State::compute(std::span<const Stamp> images, const std::vecto
   influenced.insert(influenced.end(), around.begin(), around.end());
   if (drifted.empty()) return;
   const Trail::Work work = trail.takeNow(drifted);
-  redistance(*editor, work.bricks, work.renew, threads);
+  redistance(*editor, work.bricks, work.renew, threads, redistancing);
 }
 
 void BrushStroke::State::workInParts(std::span<const Stamp> images, bool together, std::vector<Coord>& influenced) {
@@ -491,7 +491,7 @@ void BrushStroke::State::redistanceDue(size_t most) {
   if (trail.due() == 0) return;
   const Trail::Work work = trail.take(most);
   const Version was = beforeChange();
-  redistance(*editor, work.bricks, work.renew, threads);
+  redistance(*editor, work.bricks, work.renew, threads, redistancing);
   carry(was, nullptr, {});
 }
 
@@ -527,7 +527,7 @@ void BrushStroke::apply(std::span<const Stamp> given) {
   const uint64_t number = ++s.stamps;
   s.trail.touch(number, std::move(influenced));
   // What is computed together is touched again together.
-  const uint64_t behind = kTrail + (s.begunOnce ? kTogether : 0);
+  const uint64_t behind = static_cast<uint64_t>(s.brush->quality.trail) + (s.begunOnce ? kTogether : 0);
   if (number > behind) s.trail.follow(number - behind);
   if (s.trail.due() >= kBatch) s.redistanceDue();
 }

@@ -19,15 +19,16 @@ namespace {
 constexpr float kMost = 1.5f;
 // Of the plane of the application before, what stays: a blade keeps its angle over bumps.
 constexpr double kKeep = 0.5;
-// Means of the surface, each weighed by the one before. Of a wall as large as what it stands beside nothing is left
-// after the third.
-constexpr int kRounds = 3;
 // Sums are of multiples of this: exact, so that their order does not matter.
 constexpr double kGrain = 1.0 / (1 << 22);
 
 class Levelling : public DistanceMethod {
  public:
-  explicit Levelling(const StrokeContext& context) : operation_(context.operation), band_(context.band) {}
+  explicit Levelling(const StrokeContext& context)
+      : operation_(context.operation),
+        band_(context.band),
+        rounds_(context.brush->quality.levelRounds),
+        perStamp_(static_cast<float>(context.brush->perStamp)) {}
 
   double reach(const Stamp& stamp) const override { return stamp.largestRadius(); }
   Renew leaves() const override { return Renew::all; }
@@ -42,6 +43,8 @@ class Levelling : public DistanceMethod {
 
   Operation operation_;
   float band_;
+  int rounds_;
+  float perStamp_;
   std::vector<std::optional<Fitted>> planes_;  // one for each image
 };
 
@@ -95,7 +98,7 @@ std::optional<Levelling::Fitted> Levelling::fit(Sampler& before, const Stamp& st
   int64_t weights = 0;
   std::array<int64_t, 3> places{}, normals{};
   Vec3f mean = Vec3f::Zero();
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < rounds_; ++round) {
     weights = 0;
     places = normals = {};
     for (const Sample& each : samples) {
@@ -160,7 +163,7 @@ bool Levelling::brick(Sampler& before, std::span<const Stamp> images, Coord coor
     const Vec3f n = normal.cast<float>();
     const auto offset = static_cast<float>((normal.x() * from.x() + normal.y() * from.y()) + normal.z() * from.z());
     float weight[kBrickVoxels];
-    imageWeights(images.subspan(image, 1), operation_.shape, coord, weight);
+    imageWeights(images.subspan(image, 1), operation_.shape, coord, perStamp_, weight);
     size_t count = 0;
     for (int i = 0; i < kBrickVoxels; ++i) {
       const int x = i >> 6, y = (i >> 3) & 7, z = i & 7;

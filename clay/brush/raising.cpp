@@ -132,6 +132,7 @@ class Raising : public DistanceMethod {
         threads_(context.threads),
         side_(context.operation.amount < 0 ? -1.0f : 1.0f),
         rise_(std::abs(context.operation.amount) * context.brush->height),
+        perStamp_(static_cast<float>(context.brush->perStamp)),
         limited_(context.brush->limited || context.brush->image),
         applications_(context.brush->image != nullptr) {
     // Where nothing limits it a tool that was lifted goes on from what it left; a limit counts from where the stroke
@@ -178,7 +179,7 @@ class Raising : public DistanceMethod {
   // Bricks that are held, at most about as many.
   [[nodiscard]] size_t mostBricks() const { return std::max(kMostBricks, kMostStamps * asked_); }
   // How far one application raises at most.
-  [[nodiscard]] float step() const { return brush_->image ? rise_ : rise_ * kStep; }
+  [[nodiscard]] float step() const { return brush_->image ? rise_ : rise_ * kStep * perStamp_; }
   // How high a stroke without a limit stands when it begins anew.
   [[nodiscard]] float most() const {
     return std::max(std::min(kMostHeights * rise_, kMostRadii * radius_), kMostVoxels);
@@ -199,7 +200,7 @@ class Raising : public DistanceMethod {
   Operation operation_;
   float band_;
   int threads_;
-  float side_, rise_;
+  float side_, rise_, perStamp_;
   bool limited_;
   bool everywhere_;  // bricks get all applications from the first on, as high as the limit: none is made up for
   Version laid_;     // what the stroke left before the tool was lifted; none: nothing

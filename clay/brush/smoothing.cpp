@@ -29,7 +29,10 @@ float insideOf(float a, float b) {
 class Smoothing : public DistanceMethod {
  public:
   explicit Smoothing(const StrokeContext& context)
-      : operation_(context.operation), band_(context.band), threads_(context.threads) {}
+      : operation_(context.operation),
+        band_(context.band),
+        perStamp_(static_cast<float>(context.brush->perStamp)),
+        threads_(context.threads) {}
 
   Renew leaves() const override { return Renew::all; }
   void begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) override;
@@ -50,7 +53,7 @@ class Smoothing : public DistanceMethod {
   void gatherWeights(size_t i, float* broad) const;
 
   Operation operation_;
-  float band_;
+  float band_, perStamp_;
   int threads_;
   // Of the application: whether the means of the next neighbours serve; else its bricks that hold some surface.
   bool near_ = true;
@@ -97,7 +100,7 @@ void Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span<
     Sampler mine = before;
     for (size_t i = begin; i < end; ++i) {
       float(&mean)[kBrickVoxels] = means_[i].of, (&weight)[kBrickVoxels] = weights_[i].of;
-      imageWeights(images, operation_.shape, bricks_[i], weight);
+      imageWeights(images, operation_.shape, bricks_[i], perStamp_, weight);
       BrickValues scratch;
       const BrickValues& values = mine.slot(bricks_[i]).values(scratch, band_);
       for (int v = 0; v < kBrickVoxels; ++v) {
@@ -174,7 +177,7 @@ bool Smoothing::brick(Sampler& before, std::span<const Stamp> images, Coord coor
   if (near_) {
     float padded[kPaddedSize] = {}, weight[kBrickVoxels];
     gatherPadded(before, coord, padded);
-    imageWeights(images, operation_.shape, coord, weight);
+    imageWeights(images, operation_.shape, coord, perStamp_, weight);
     smoothBrick(padded, weight, operation_.amount, band_, phi);
     return true;
   }

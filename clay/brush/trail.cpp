@@ -4,14 +4,6 @@
 
 namespace argil::clay {
 
-namespace {
-
-// A brick whose distances may have changed by this much since they were solved is solved at once: the band is not used
-// up.
-constexpr float kMostDrift = 1;
-
-}  // namespace
-
 void Trail::touch(uint64_t stamp, std::vector<Coord> bricks) {
   std::sort(bricks.begin(), bricks.end());
   bricks.erase(std::unique(bricks.begin(), bricks.end()), bricks.end());
@@ -23,7 +15,7 @@ bool Trail::change(Coord brick, float change, Renew renew) {
   Touched& touched = touched_[brick];
   touched.drift += change;
   touched.renew = std::max(touched.renew, renew);
-  return touched.drift > kMostDrift;
+  return touched.drift > mostDrift_;
 }
 
 bool Trail::waits(Coord brick) const {

@@ -16,6 +16,8 @@ namespace argil::clay {
 /// from the stamps alone. Stamps are counted from 1.
 class Trail {
  public:
+  /// `mostDrift`: a brick whose distances may have changed by more since they were solved is solved at once.
+  explicit Trail(float mostDrift = 1) : mostDrift_(mostDrift) {}
   /// Stamp number `stamp` came near these bricks, in any order: all that it wrote, and those beside them.
   void touch(uint64_t stamp, std::vector<Coord> bricks);
   /// Distances of a brick were changed by `change` voxels at most since it was solved, in a way that calls for `renew`.
@@ -48,6 +50,7 @@ class Trail {
   };
   [[nodiscard]] Work workOn(std::vector<Coord> bricks);
 
+  float mostDrift_;
   std::unordered_map<Coord, Touched, CoordHash> touched_;
   std::deque<std::pair<uint64_t, std::vector<Coord>>> stamps_;
   std::vector<Coord> due_;

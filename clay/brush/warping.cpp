@@ -14,9 +14,8 @@
 namespace argil::clay {
 namespace {
 
-// Of what a step moves clay at most: in radii for the flow that is followed, in voxels for a stamp, so that the surface
-// stays in bricks that are looked at.
-constexpr double kFlowStep = 0.12, kMostMove = 6;
+// Voxels that a part of a stamp moves clay by at most, so that the surface stays in bricks that are looked at.
+constexpr double kMostMove = 6;
 // A window of the start larger than this is not copied whole; voxels are read one by one.
 constexpr int kMostWindow = 40 * 40 * 40;
 // A stroke begins anew on the clay as it is once clay has come this many voxels and radii far, or so many blocks of
@@ -57,7 +56,8 @@ class Warping : public DistanceMethod {
         operation_(context.operation),
         base_(context.base),
         masked_(context.base),
-        band_(context.band) {
+        band_(context.band),
+        flowStep_(context.brush->quality.flowStep) {
     masks_ = base_.has(Channel::mask);
   }
 
@@ -156,7 +156,7 @@ class Warping : public DistanceMethod {
       relative.back().active = reaches(images[i], middle, spacing);
       least = std::min({least, images[i].radius, images[i].radiusAtEnd()});
     }
-    const int steps = std::max(1, static_cast<int>(std::ceil(mostMove(images) / (kFlowStep * least))));
+    const int steps = std::max(1, static_cast<int>(std::ceil(mostMove(images) / (flowStep_ * least))));
     traceBack(relative, static_cast<int>(operation_.shape), steps, static_cast<float>(spacing), places);
   }
 
@@ -182,6 +182,7 @@ class Warping : public DistanceMethod {
   Version base_;
   Version masked_;  // the clay that the stroke began with, whose masks count
   float band_;
+  double flowStep_;
   bool masks_;
   std::optional<DisplacementField> field_;
   float farthest_ = 0;  // of its displacements, about

@@ -21,6 +21,17 @@ int passesOf(float band) {
   return std::max(kLeastPasses, static_cast<int>(std::ceil(kDiagonal * band)));
 }
 
+int Redistancing::passesOf(float band) const {
+  const int all = clay::passesOf(band);
+  return passes > 0 ? std::min(passes, all) : all;
+}
+
+float Redistancing::toleranceOf(Renew renew) const {
+  const float share = tolerance / kRedistanceTolerance;
+  if (renew == Renew::none) return tolerance;
+  return share * (renew == Renew::all ? kRenewTolerance : kSlopeTolerance);
+}
+
 void holdMasked(ChannelSlot mask, const float* padded, uint64_t (&frozen)[kBrickEdge], float* u) {
   if (mask == ChannelSlot()) return;
   for (int v = 0; v < kBrickVoxels; ++v) {
@@ -43,7 +54,7 @@ std::vector<Coord> linkSettled(Editor& editor, std::span<const SettledBrick> set
 namespace {
 
 std::vector<SettledBrick> solve(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew,
-                                std::span<const uint8_t> wanted, int threads, float tolerance) {
+                                std::span<const uint8_t> wanted, int threads, const Redistancing& options) {
   const bool masks = editor.has(Channel::mask);
   const float band = editor.grid().band;
   std::vector<Slot> sources(coords.size());
@@ -63,13 +74,12 @@ std::vector<SettledBrick> solve(Editor& editor, std::span<const Coord> coords, s
       solver.begin(i, u, frozen);
     }
   });
-  solver.run(passesOf(band), [&](const float* around, const uint64_t* frozen, uint64_t rows, float* out) {
+  solver.run(options.passesOf(band), [&](const float* around, const uint64_t* frozen, uint64_t rows, float* out) {
     return eikonalPass(around, frozen, rows, band, out);
   });
-  const float allowed[] = {tolerance, kSlopeTolerance, kSlopeTolerance};
   return settleBricks(editor, coords, wanted, threads, [&](size_t i, FloatBrick& brick) {
     BrickValues room;
-    const float most = allowed[renew.empty() ? 0 : static_cast<size_t>(renew[i])];
+    const float most = options.toleranceOf(renew.empty() ? Renew::none : renew[i]);
     return settleDistance(sources[i].values(room, band), solver.values(i), band, most, brick);
   });
 }
@@ -78,7 +88,7 @@ std::vector<SettledBrick> solve(Editor& editor, std::span<const Coord> coords, s
 
 std::vector<SettledBrick> solveDistances(Editor& editor, std::span<const Coord> coords, std::span<const uint8_t> wanted,
                                          int threads) {
-  return solve(editor, coords, {}, wanted, threads, kRedistanceTolerance);
+  return solve(editor, coords, {}, wanted, threads, {});
 }
 
 namespace {
@@ -117,17 +127,17 @@ void divide(std::vector<Coord> coords, size_t most, std::vector<CoordBox>& boxes
 }  // namespace
 
 std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew, int threads,
-                              float tolerance, size_t atOnce) {
+                              const Redistancing& options) {
   const bool all = std::any_of(renew.begin(), renew.end(), [](Renew how) { return how == Renew::all; });
   const auto solved = [&](std::span<const Coord> some, std::span<const Renew> how, std::span<const uint8_t> wanted) {
-    return all ? renewDistances(editor, some, how, wanted, threads)
-               : solve(editor, some, how, wanted, threads, tolerance);
+    return all ? renewDistances(editor, some, how, wanted, threads, options)
+               : solve(editor, some, how, wanted, threads, options);
   };
-  if (coords.size() <= atOnce) return linkSettled(editor, solved(coords, renew, {}));
+  if (coords.size() <= options.atOnce) return linkSettled(editor, solved(coords, renew, {}));
   // A pass takes what is known two voxels farther at most: what lies beyond so many bricks says nothing.
   const int rim = (2 * passesOf(editor.grid().band) + kBrickEdge - 1) / kBrickEdge;
   std::vector<CoordBox> parts;
-  divide({coords.begin(), coords.end()}, atOnce, parts);
+  divide({coords.begin(), coords.end()}, options.atOnce, parts);
   std::vector<SettledBrick> settled;
   for (const CoordBox& part : parts) {
     std::vector<Coord> some;

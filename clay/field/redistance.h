@@ -20,7 +20,7 @@ inline constexpr float kExactTolerance = 1.25f;
 
 /// Redistances the bricks `coords` (sorted, each once) from the sign changes that they hold, with the field around them
 /// as boundary. Voxels beside a sign change keep their bits, so the surface does not move; others keep theirs too where
-/// the solution differs by less than kRedistanceTolerance. Missing bricks next to the surface are made. As many Jacobi
+/// the solution differs by less than `how.tolerance`. Missing bricks next to the surface are made. As many Jacobi
 /// passes over all of them as the band needs, in a fixed order: the result depends on the field and `coords` alone.
 /// Cost: about 4 µs a brick of a band of three voxels. Returns the bricks that changed. Method: NOTES.md,
 /// "Redistancing".
@@ -40,11 +40,20 @@ enum class Renew : uint8_t {
 };
 /// Bricks that redistance() solves at once.
 inline constexpr size_t kSolvedAtOnce = 1024;
-/// `tolerance`: without `renew`, what an old value may differ from the solution by and stand. More than `atOnce` bricks
-/// are solved part by part, each with those around it from which something may come, so that memory (5 KB a
-/// brick) does not follow their count. The result depends neither on `threads` nor on `atOnce`.
+struct Redistancing {
+  /// Without `renew`, what an old value may differ from the solution by and stand; with it the same share of
+  /// kSlopeTolerance and kRenewTolerance as this is of kRedistanceTolerance.
+  float tolerance = kRedistanceTolerance;
+  int passes = 0;  ///< At most so many; 0: as many as the band needs.
+  /// More bricks are solved part by part, each with those around it from which something may come, so that memory (5 KB
+  /// a brick) does not follow their count.
+  size_t atOnce = kSolvedAtOnce;
+  [[nodiscard]] int passesOf(float band) const;
+  [[nodiscard]] float toleranceOf(Renew renew) const;
+};
+/// The result depends neither on `threads` nor on `how.atOnce`.
 std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew = {},
-                              int threads = 1, float tolerance = kRedistanceTolerance, size_t atOnce = kSolvedAtOnce);
+                              int threads = 1, const Redistancing& how = {});
 
 /// Passes after which the whole band is solved. Information travels one voxel along an axis a pass; from a frozen voxel
 /// to the band's edge a diagonal of `band` voxels takes √3 times as many steps: six at three voxels, where a narrower

@@ -110,8 +110,8 @@ void Renewal::begin(size_t i, const float* broad, Renew how, ChannelSlot mask, f
   solver_.begin(i, wide, frozen);
 }
 
-void Renewal::run() {
-  solver_.run(passesOf(band_), [&](const float* around, const uint64_t* frozen, uint64_t rows, float* out) {
+void Renewal::run(const Redistancing& options) {
+  solver_.run(options.passesOf(band_), [&](const float* around, const uint64_t* frozen, uint64_t rows, float* out) {
     return widePass(around, frozen, rows, band_, out);
   });
 }
@@ -122,7 +122,7 @@ void Renewal::sizes(size_t i, float* out) const {
 }
 
 std::vector<SettledBrick> renewDistances(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew,
-                                         std::span<const uint8_t> wanted, int threads) {
+                                         std::span<const uint8_t> wanted, int threads, const Redistancing& options) {
   const float band = editor.grid().band;
   const bool masks = editor.has(Channel::mask);
   std::vector<Slot> sources(coords.size());
@@ -136,12 +136,12 @@ std::vector<SettledBrick> renewDistances(Editor& editor, std::span<const Coord> 
       sources[i] = field.slot(coords[i]);
     }
   });
-  renewal.run();
+  renewal.run(options);
   return settleBricks(editor, coords, wanted, threads, [&](size_t i, FloatBrick& brick) {
     BrickValues solved, room;
     renewal.sizes(i, solved);
-    return settleDistance(sources[i].values(room, band), solved, band,
-                          renew[i] == Renew::none ? kRedistanceTolerance : kRenewTolerance, brick);
+    const float most = options.toleranceOf(renew[i] == Renew::none ? Renew::none : Renew::all);
+    return settleDistance(sources[i].values(room, band), solved, band, most, brick);
   });
 }
 

@@ -21,7 +21,7 @@ class Renewal {
   /// `broad`: the field of brick `i` and four voxels around it. What `mask` covers whole keeps its distance, and so
   /// does what is nearer to the surface than `known`.
   void begin(size_t i, const float* broad, Renew how, ChannelSlot mask = {}, float known = 0);
-  void run();
+  void run(const Redistancing& options = {});
   /// The 512 distances of brick `i` without their signs, `band` at most; and those of two voxels around it too, by
   /// wideOffset, with signs and beyond the band too.
   void sizes(size_t i, float* out) const;
@@ -35,6 +35,6 @@ class Renewal {
 /// What redistance() does where a `renew` is Renew::all. `coords` and `renew`: as redistance(); `wanted` and the
 /// result: as solveDistances().
 std::vector<SettledBrick> renewDistances(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew,
-                                         std::span<const uint8_t> wanted, int threads);
+                                         std::span<const uint8_t> wanted, int threads, const Redistancing& options);
 
 }  // namespace argil::clay

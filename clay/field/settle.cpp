@@ -222,7 +222,7 @@ void redistanceAll(Editor& editor, std::vector<Coord> coords, const WorkPart& pa
     for (size_t from = 0; from < coords.size(); from += kRedistanceAtOnce) {
       part.step((static_cast<double>(from) + static_cast<double>(coords.size()) * round) / all);
       redistance(editor, std::span(coords).subspan(from, std::min(kRedistanceAtOnce, coords.size() - from)), {}, 1,
-                 tolerance);
+                 {.tolerance = tolerance});
     }
 }
 

@@ -22,7 +22,7 @@ class Morphing : public DistanceMethod {
     const Slot now = before.slot(coord), goal = brush_->before.find(coord);
     if (now == goal) return false;
     float weight[kBrickVoxels];
-    imageWeights(images, operation_.shape, coord, weight);
+    imageWeights(images, operation_.shape, coord, static_cast<float>(brush_->perStamp), weight);
     BrickValues nowScratch, goalScratch;
     const BrickValues &nowValues = now.values(nowScratch, band_), &goalValues = goal.values(goalScratch, band_);
     for (int i = 0; i < kBrickVoxels; ++i) {

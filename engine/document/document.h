@@ -11,6 +11,7 @@
 
 #include "clay/mesh/triangle_mesh.h"
 #include "clay/store/version.h"
+#include "engine/document/quality.h"
 #include "engine/document/stroke_images.h"
 #include "haptics/scene/scene.h"
 
@@ -113,7 +114,8 @@ struct Document {
   std::vector<Part> parts;
   std::vector<Guide> guides;
   Symmetry symmetry;
-  Id active = 0;  ///< The piece that is worked on; 0: none.
+  StrokeQuality quality;  ///< Of strokes to come: each has its own with its tool.
+  Id active = 0;          ///< The piece that is worked on; 0: none.
   Id nextId = 1;
   /// Documents that one stroke went through have the same number and differ in the clay of their active piece alone:
   /// with a thousand pieces there is one to look at. 0: says nothing. Session's.

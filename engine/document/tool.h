@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "clay/brush/brush.h"
+#include "engine/document/quality.h"
 
 namespace argil::engine {
 
@@ -43,6 +44,7 @@ struct Tool {
   double pressureCurve = 0;                             ///< −1: early, 0: straight, 1: late.
   bool pressureIsForce = false;                         ///< The felt force is the pressure, fullForceN of it being 1.
   double fullForceN = 3;
+  StrokeQuality quality = {};    ///< Of the document or the script that it is used in.
   int morphTo = 0;               ///< Goes back to the clay after so many steps.
   std::string file = {};         ///< Of the image or the shape that it works with.
   ToolFileContent content = {};  ///< What was read from it.

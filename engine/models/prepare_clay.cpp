@@ -19,7 +19,6 @@ namespace {
 
 constexpr double kMade = 0.9;  // of an import, when there is clay and no colour yet
 constexpr double kShapeVoxelMm = 0.5;
-constexpr double kFitVoxels = 256;  // along the longest side of a mesh whose script names no voxel size
 
 // Turns y up to z up; what looked along +z then looks along -y, to the front.
 void standUp(clay::TriangleMesh& mesh) {
@@ -73,8 +72,10 @@ PreparedClay importMesh(std::shared_ptr<clay::Store> store, const std::filesyste
   if (std::string words = movedWords(moved); !words.empty()) prepared.notes.push_back(std::move(words));
   clay::Imported imported;
   try {
+    const ClayQuality quality = script.quality.value_or(Quality()).clay;
     clay::ImportOptions options;
-    options.grid.voxelMm = voxelMm ? *voxelMm : clay::suggestVoxelMm(read.mesh, int(kFitVoxels));
+    options.grid.voxelMm = voxelMm ? *voxelMm : clay::suggestVoxelMm(read.mesh, int(quality.voxelsAcross));
+    options.grid.band = static_cast<float>(quality.band);
     imported = clay::meshToClay(std::move(store), read.mesh, options, job);
   } catch (const Cancelled&) {
     throw;
@@ -94,9 +95,14 @@ PreparedClay importMesh(std::shared_ptr<clay::Store> store, const std::filesyste
   return prepared;
 }
 
-}  // namespace
+// Of a block or a ball; of another beginning what shapes are made with.
+double longestSide(const Script& script) {
+  if (const auto* block = std::get_if<BlockSetup>(&script.clay)) return block->sizeMm.maxCoeff();
+  if (const auto* sphere = std::get_if<SphereSetup>(&script.clay)) return 2 * sphere->radiusMm;
+  return kShapeVoxelMm * script.quality->clay.voxelsAcross;
+}
 
-PreparedClay prepareClay(std::shared_ptr<clay::Store> store, const Script& script, const PrepareOptions& options) {
+PreparedClay makeClay(std::shared_ptr<clay::Store> store, const Script& script, const PrepareOptions& options) {
   const std::optional<double> voxelMm = options.voxelMm ? options.voxelMm : script.voxelMm;
   if (!options.input.empty()) return importMesh(std::move(store), options.input, script, voxelMm, options.job);
   if (const auto* import = std::get_if<ImportSetup>(&script.clay)) {
@@ -105,6 +111,10 @@ PreparedClay prepareClay(std::shared_ptr<clay::Store> store, const Script& scrip
   PreparedClay prepared;
   clay::Grid grid;
   grid.voxelMm = voxelMm.value_or(kShapeVoxelMm);
+  if (script.quality) {
+    grid.band = static_cast<float>(script.quality->clay.band);
+    if (!voxelMm) grid.voxelMm = longestSide(script) / script.quality->clay.voxelsAcross;
+  }
   if (const auto* block = std::get_if<BlockSetup>(&script.clay)) {
     grid.originMm = block->centreMm;
     prepared.version = clay::makeBlock(std::move(store), grid, block->centreMm, block->sizeMm, block->roundMm);
@@ -117,6 +127,14 @@ PreparedClay prepareClay(std::shared_ptr<clay::Store> store, const Script& scrip
     throw Error("the script sets up no clay: give it a block, a sphere or an import in \"setup\", or a mesh with -i");
   }
   prepared.document = Document::of(prepared.version);
+  return prepared;
+}
+
+}  // namespace
+
+PreparedClay prepareClay(std::shared_ptr<clay::Store> store, const Script& script, const PrepareOptions& options) {
+  PreparedClay prepared = makeClay(std::move(store), script, options);
+  if (script.quality) prepared.document.quality = script.quality->strokes;
   return prepared;
 }
 

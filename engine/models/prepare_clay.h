@@ -25,8 +25,9 @@ struct PrepareOptions {
   Job* job = nullptr;
 };
 
-/// Makes a script's clay. Without a voxel size a mesh gets 256 voxels along its longest side, a shape 0.5 mm. Throws
-/// Error when there is no clay to begin with or the mesh cannot be read or made clay; Cancelled.
+/// Makes a script's clay. Without a voxel size a mesh gets as many voxels along
+/// its longest side as its quality says, 256 without one, and so does a shape of a script with a quality; else 0.5 mm.
+/// Throws Error when there is no clay to begin with or the mesh cannot be read or made clay; Cancelled.
 [[nodiscard]] PreparedClay prepareClay(std::shared_ptr<clay::Store> store, const Script& script,
                                        const PrepareOptions& options = {});
 

@@ -89,12 +89,11 @@ void Collector::run() {
   }
 }
 
-Session::Session(Document first, const StrokeQuality& quality)
-    : Session({{.label = {}, .document = std::make_shared<const Document>(std::move(first))}}, 0, quality) {}
+Session::Session(Document first)
+    : Session({{.label = {}, .document = std::make_shared<const Document>(std::move(first))}}, 0) {}
 
-Session::Session(std::vector<HistoryState> states, size_t done, const StrokeQuality& quality)
-    : quality_(quality),
-      newest_(states.at(done).document),
+Session::Session(std::vector<HistoryState> states, size_t done)
+    : newest_(states.at(done).document),
       states_(std::move(states)),
       strokes_(states_.size()),
       done_(done),
@@ -189,7 +188,7 @@ void Session::beginStroke(const Tool& tool, StrokeImages images) {
   const Piece* piece = newest_->workedOn();
   if (!piece) throw Error("there is no piece to work on: choose one that is visible and not locked", Error::Kind::work);
   const clay::Grid& grid = piece->version.grid();
-  (void)StrokePath(grid, tool, quality_);  // throws before anything is changed
+  (void)StrokePath(grid, tool);  // throws before anything is changed
   strokeBrush_ = brushOf(tool, grid, morphGoal(tool, *piece));
   piece_ = piece->id;
   place_ = static_cast<size_t>(piece - newest_->pieces.data());
@@ -264,7 +263,7 @@ void Session::queuePoint(const PathPoint& given) {
   if (!path_) {
     // throws before anything is begun
     auto brush = std::make_unique<clay::BrushStroke>(lifted_, strokeBrush_, stroke_->start, threads_);
-    StrokePath path(lifted_.grid(), tool_, quality_);
+    StrokePath path(lifted_.grid(), tool_);
     path.add(point, stamps_);
     path_ = path;
     brush_ = std::move(brush);
@@ -393,22 +392,32 @@ void Session::change(const std::string& label, const std::function<void(Document
   setDocument(std::move(next));
 }
 
-// With the symmetry that is switched, at the place that the document has it.
-DocumentPtr Session::withSymmetry(DocumentPtr document) const {
-  if (!symmetry_) return document;
+// With the symmetry that is switched, at the place that the document has it, and the quality that was chosen.
+DocumentPtr Session::withSettings(DocumentPtr document) const {
   const Symmetry& was = document->symmetry;
-  if (was.x == symmetry_->x && was.y == symmetry_->y && was.z == symmetry_->z && was.turns == symmetry_->turns)
-    return document;
+  const bool turned = symmetry_ && !(was.x == symmetry_->x && was.y == symmetry_->y && was.z == symmetry_->z &&
+                                     was.turns == symmetry_->turns);
+  if (!turned && (!quality_ || document->quality == *quality_)) return document;
   auto next = std::make_shared<Document>(*document);
-  next->symmetry = *symmetry_;
-  next->symmetry.pose = was.pose;
+  if (turned) {
+    next->symmetry = *symmetry_;
+    next->symmetry.pose = was.pose;
+  }
+  if (quality_) next->quality = *quality_;
   return next;
+}
+
+void Session::setQuality(const StrokeQuality& quality) {
+  requireNoStroke("a change of quality");
+  quality.check();
+  quality_ = quality;
+  if (DocumentPtr next = withSettings(newest_); next != newest_) setDocument(std::move(next));
 }
 
 void Session::setSymmetry(const Symmetry& symmetry) {
   requireNoStroke("a change of symmetry");
   symmetry_ = symmetry;
-  if (DocumentPtr next = withSymmetry(newest_); next != newest_) setDocument(std::move(next));
+  if (DocumentPtr next = withSettings(newest_); next != newest_) setDocument(std::move(next));
 }
 
 bool Session::undo() {
@@ -438,7 +447,7 @@ void Session::goTo(size_t steps) {
   ++steps_;
   if (steps != done_ && watch_) watch_->went(steps);
   done_ = steps;
-  if (at.document != newest_) setDocument(withSymmetry(at.document));
+  if (at.document != newest_) setDocument(withSettings(at.document));
 }
 
 const Document& Session::nearest(size_t state) const {
@@ -476,6 +485,8 @@ Script Session::recording() const {
   if (const clay::Version now = version()) {
     script.voxelMm = now.grid().voxelMm;
     script.precision = now.store()->precision();
+    if (const auto band = static_cast<double>(now.grid().band); band != Quality().clay.band)
+      script.quality.emplace().clay.band = band;
   }
   for (size_t i = 1; i <= done_; ++i)
     script.strokes.insert(script.strokes.end(), strokes_[i].begin(), strokes_[i].end());

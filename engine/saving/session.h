@@ -73,11 +73,10 @@ struct HistoryState {
 class Session {
  public:
   /// Begins with `first`, which cannot be undone.
-  explicit Session(Document first, const StrokeQuality& quality = {});
-  explicit Session(clay::Version first, const StrokeQuality& quality = {})
-      : Session(Document::of(std::move(first)), quality) {}
+  explicit Session(Document first);
+  explicit Session(clay::Version first) : Session(Document::of(std::move(first))) {}
   /// Goes on with a history: at least one state, the one at `done` has its document.
-  Session(std::vector<HistoryState> states, size_t done, const StrokeQuality& quality = {});
+  Session(std::vector<HistoryState> states, size_t done);
   ~Session();
 
   /// Threads that share a large stamp, and the surface that it changed: the machine's, at most 4. Any thread.
@@ -124,6 +123,8 @@ class Session {
   /// takes document() for the state in work. The pose of `symmetry` is not read: moving planes is a step. Throws Error
   /// while a stroke is on.
   void setSymmetry(const Symmetry& symmetry);
+  /// The same for Document::quality. Throws Error for what is out of range, or while a stroke is on.
+  void setQuality(const StrokeQuality& quality);
   /// The next change joins no step.
   void endMerge() { merge_.clear(); }
 
@@ -176,12 +177,11 @@ class Session {
   void setDocument(DocumentPtr document);
   void swapNewest(DocumentPtr document);
   void setVersion(const clay::Version& version);
-  [[nodiscard]] DocumentPtr withSymmetry(DocumentPtr document) const;
+  [[nodiscard]] DocumentPtr withSettings(DocumentPtr document) const;
   void push(const std::string& label, DocumentPtr after, std::vector<ScriptStroke> strokes);
   void requireNoStroke(const char* what) const;
   [[nodiscard]] const Document& nearest(size_t state) const;
 
-  StrokeQuality quality_;
   mutable std::mutex mutex_;  // guards newest_ alone
   DocumentPtr newest_;
   std::vector<HistoryState> states_;                // states_[done_] is newest_ but in a stroke
@@ -190,8 +190,10 @@ class Session {
   size_t done_ = 0;
   std::function<DocumentPtr(uint64_t, const Document&)> reader_;
   SessionWatch* watch_ = nullptr;
-  std::string merge_;                 // of the last step
-  std::optional<Symmetry> symmetry_;  // as it was switched; none: each state's own
+  std::string merge_;  // of the last step
+  // As they were chosen; none: each state's own.
+  std::optional<Symmetry> symmetry_;
+  std::optional<StrokeQuality> quality_;
   uint64_t steps_ = 0;
   Counts counts_;
 

@@ -90,6 +90,7 @@ haptics::Scene HandRun::firstScene(const Session& session, const Plan& plan, con
   haptics::Scene scene;
   scene.workspace = plan.workspace;
   scene.guides = sceneGuides(script.guides);
+  if (script.quality) scene.quality = script.quality->touch;
   sceneOf(*session.document(), scene).check();  // With the clay that a guide may name.
   return scene;
 }

@@ -167,7 +167,9 @@ struct EndStroke {
 
 }  // namespace
 
-RunReport runScript(Session& session, clay::Surface& surface, const Script& script, const RunOptions& options) {
+RunReport runScript(Session& session, clay::Surface& surface, const Script& script, const RunOptions& given) {
+  RunOptions options = given;
+  if (script.quality) options.rateHz = script.quality->servoHz;
   RunReport report;
   const EndStroke endStroke{session};
   session.record();

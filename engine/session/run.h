@@ -53,7 +53,7 @@ struct RunReport {
 struct RunOptions {
   bool live = false;             ///< Hand-driven strokes through a servo in real time, else in virtual time.
   std::string device = "touch";  ///< Sheet of the simulated device (haptics/devices/sheets.h).
-  double rateHz = 1000;
+  double rateHz = 1000;          ///< Where the script has no quality.
   double publishDelayS = 0.004;  ///< Virtual time: from the last sample of a version to the servo reading it.
   size_t pointsPerVersion = 8;   ///< Tip-driven strokes: the result does not depend on it.
   int surfaceThreads = 1;

@@ -110,6 +110,13 @@ void Workbench::setSymmetry(std::function<void(Symmetry&)> change) {
   });
 }
 
+void Workbench::setQuality(const StrokeQuality& quality) {
+  state_->post([s = state_.get(), quality] {
+    s->session->setQuality(quality);
+    s->holdTool();
+  });
+}
+
 void Workbench::add(std::string label, Things things) {
   if (things.empty()) return;
   state_->post([s = state_.get(), label = std::move(label), things = std::move(things)] {
@@ -292,7 +299,7 @@ void Workbench::open(const std::filesystem::path& file) {
     const Script script = readScript(file);
     PrepareOptions prepare;
     prepare.job = &job;
-    PreparedClay clay = prepareClay(clay::Store::make(script.precision), script, prepare);
+    PreparedClay clay = prepareClay(clay::Store::make(script.bits()), script, prepare);
     // In a session of its own; its newest document is what is opened.
     Session session(std::move(clay.document));
     clay::Surface surface(false);

@@ -141,6 +141,8 @@ class Workbench {
   /// Switches symmetry: a setting of the hand, no step. Undo and redo leave it as it is. `change` runs on the edit
   /// thread.
   void setSymmetry(std::function<void(Symmetry&)> change);
+  /// Of strokes from now on: a setting of the hand as well, saved with the document.
+  void setQuality(const StrokeQuality& quality);
   /// Copies of things, as one step: each gets an id and a name of its own. Pieces and parts stand together beside what
   /// is there; the last one becomes Snapshot::made, a piece the active one. Clay is shared with what it was copied
   /// from.

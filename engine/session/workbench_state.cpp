@@ -259,6 +259,7 @@ void Workbench::State::makeLoop() {
 void Workbench::State::holdTool() {
   Tool tool = wanted;
   const DocumentPtr now = session->document();
+  tool.quality = now->quality;
   if (const Piece* piece = now->workedOn()) {
     const double voxel = piece->version.grid().voxelMm;
     tool.radiusMm = std::clamp(tool.radiusMm, kLeastToolVoxels * voxel, kMostToolVoxels * voxel);

@@ -8,6 +8,7 @@
 #include "engine/document/guide_table.h"
 #include "engine/text/guide_setup.h"
 #include "engine/text/json_text.h"
+#include "engine/text/quality_text.h"
 #include "engine/text/script_place.h"
 
 namespace argil::engine {
@@ -221,6 +222,7 @@ std::string documentText(const Document& document, const std::vector<ClayKey>& c
                       {"z", document.symmetry.z},
                       {"pose", poseJson(document.symmetry.pose)},
                       {"turns", document.symmetry.turns}};
+  if (!(document.quality == StrokeQuality())) root["quality"] = strokeQualityJson(document.quality);
   root["active"] = document.active;
   root["next_id"] = document.nextId;
   return root.dump(-1, ' ', false, json::error_handler_t::replace);
@@ -229,7 +231,7 @@ std::string documentText(const Document& document, const std::vector<ClayKey>& c
 DocumentText readDocumentText(std::string_view text, const std::string& name, std::vector<std::string>* unknown) {
   const json root = parseJson(text, name, "a document's state");
   const Place place(root, name, "", unknown);
-  place.keys({"pieces", "parts", "guides", "symmetry", "active", "next_id"});
+  place.keys({"pieces", "parts", "guides", "symmetry", "quality", "active", "next_id"});
   DocumentText read;
   Document& document = read.document;
   document.nextId = readId(place.at("next_id"));
@@ -288,6 +290,7 @@ DocumentText readDocumentText(std::string_view text, const std::string& name, st
   document.symmetry = {symmetry.at("x").truth(), symmetry.at("y").truth(), symmetry.at("z").truth(),
                        readPose(symmetry.at("pose"))};
   if (const auto turns = symmetry.maybe("turns")) document.symmetry.turns = int(turns->number(1, kMostTurns));
+  if (const auto quality = place.maybe("quality")) document.quality = readStrokeQuality(*quality);
   document.active = readId(place.at("active"));
   if (document.active != 0 && !document.piece(document.active)) place.at("active").fail("names no piece");
   return read;

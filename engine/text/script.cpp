@@ -11,6 +11,7 @@
 #include "engine/text/json_text.h"
 #include "engine/text/operation_text.h"
 #include "engine/text/parameter_text.h"
+#include "engine/text/quality_text.h"
 #include "engine/text/script_place.h"
 #include "engine/text/tool_text.h"
 #include "engine/tools/tool_table.h"
@@ -70,7 +71,8 @@ json materialRowJson(const MaterialRow& row) {
 }
 
 void readSetup(const Place& item, Script& script) {
-  item.keys({"voxel_mm", "bits", "fit_mm", "up", "block", "sphere", "import", "material", "materials", "guides"});
+  item.keys(
+      {"voxel_mm", "bits", "quality", "fit_mm", "up", "block", "sphere", "import", "material", "materials", "guides"});
   if (item.value().size() != 1) item.fail("must hold exactly one key");
   const auto once = [&](bool already) {
     if (already) item.fail("is there twice; remove one");
@@ -83,6 +85,9 @@ void readSetup(const Place& item, Script& script) {
     const double number = bits->number(16, 32);
     if (number != 16 && number != 32) bits->fail("clay has 16 or 32 bits a voxel");
     if (number == 16) script.precision = clay::Precision::fixed16;
+  } else if (const auto quality = item.maybe("quality")) {
+    once(script.quality.has_value());
+    script.quality = readQuality(*quality);
   } else if (const auto fit = item.maybe("fit_mm")) {
     once(script.fitMm.has_value());
     script.fitMm = fit->positive();
@@ -136,10 +141,10 @@ PathPoint readPoint(const Place& row) {
   return point;
 }
 
-ScriptStroke readStroke(const Place& place) {
+ScriptStroke readStroke(const Place& place, const StrokeQuality& usual) {
   checkToolKeys(place, {"drive", "onto", "press_mm", "mirror", "radial", "piece", "path"});
   ScriptStroke stroke;
-  stroke.tool = readTool(place);
+  stroke.tool = readTool(place, usual);
   if (const auto drive = place.maybe("drive")) stroke.drive = drive->oneOf<Drive>(kDrives);
   if (place.maybe("onto") || place.maybe("press_mm")) {
     stroke.onto = Onto{place.at("onto").vector(), place.at("press_mm").number(-kMaxMm, kMaxMm)};
@@ -197,11 +202,12 @@ Script parseScript(std::string_view text, const std::string& name) {
   if (const auto setup = place.maybe("setup")) {
     for (const Place& item : setup->items()) readSetup(item, script);
   }
+  const StrokeQuality usual = script.quality.value_or(Quality()).strokes;
   const auto strokes = place.at("strokes").items();
   script.strokes.reserve(strokes.size());
   for (const Place& step : strokes) {
     if (!step.value().is_object() || !step.value().contains("operation")) {
-      script.strokes.push_back(readStroke(step));
+      script.strokes.push_back(readStroke(step, usual));
       continue;
     }
     script.operations.push_back(readOperation(step));
@@ -210,10 +216,18 @@ Script parseScript(std::string_view text, const std::string& name) {
   return script;
 }
 
+void Script::use(const Quality& given) {
+  const StrokeQuality was = quality.value_or(Quality()).strokes;
+  for (ScriptStroke& stroke : strokes)
+    if (stroke.tool.quality == was) stroke.tool.quality = given.strokes;
+  quality = given;
+}
+
 std::string formatScript(const Script& script) {
   json setup = json::array();
   if (script.voxelMm) setup.push_back({{"voxel_mm", *script.voxelMm}});
   if (script.precision == clay::Precision::fixed16) setup.push_back({{"bits", 16}});
+  if (script.quality) setup.push_back({{"quality", qualityJson(*script.quality)}});
   if (script.fitMm) setup.push_back({{"fit_mm", *script.fitMm}});
   if (script.up != Up::z) setup.push_back({{"up", nameOf<Up>(kUps, script.up)}});
   if (const auto* block = std::get_if<BlockSetup>(&script.clay)) {
@@ -238,6 +252,7 @@ std::string formatScript(const Script& script) {
     for (const GuideSetup& guide : script.guides) guides.push_back(guideJson(guide));
     setup.push_back({{"guides", guides}});
   }
+  const StrokeQuality usual = script.quality.value_or(Quality()).strokes;
   std::string text = "{\"argil\": 1, \"units\": \"mm\", \"setup\": " + setup.dump() + ", \"strokes\": [";
   size_t operation = 0;
   const auto putOperations = [&](size_t before) {
@@ -248,7 +263,7 @@ std::string formatScript(const Script& script) {
     const ScriptStroke& stroke = script.strokes[i];
     putOperations(i);
     nlohmann::ordered_json line;
-    putTool(line, stroke.tool);
+    putTool(line, stroke.tool, usual);
     line["drive"] = nameOf<Drive>(kDrives, stroke.drive);
     if (stroke.onto) {
       checkFinite(stroke.onto->direction.allFinite() && std::isfinite(stroke.onto->pressMm));

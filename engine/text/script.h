@@ -84,7 +84,7 @@ enum class Up : uint8_t { z, y, custom };
 using ClaySetup = std::variant<std::monostate, BlockSetup, SphereSetup, ImportSetup>;
 
 /// `{"argil": 1, "units": "mm", "setup": [...], "strokes": [...]}`. Setup items, each at most once: `{"voxel_mm":
-/// 0.5}`,
+/// 0.5}`, `{"quality": "draft"}` or `{"quality": {"preset": "fine", "spacing": 0.05}}`,
 /// `{"fit_mm": 100}`, `{"up": "z", "y" or "custom"}`, and one of `{"block": {"size_mm": [x, y, z], "round_mm": 2,
 /// "centre_mm": [x, y, z]}}`,
 /// `{"sphere": {"radius_mm": 30, "centre_mm": [x, y, z]}}`, `{"import": "scan.stl"}`; for hand-driven strokes
@@ -113,6 +113,7 @@ struct Script {
   clay::Precision precision = clay::Precision::float32;  ///< `{"bits": 16}`: half the memory.
   std::optional<double> fitMm;  ///< An imported mesh is centred at zero and scaled until its longest side is this.
   Up up = Up::z;                ///< An imported mesh is turned so that this axis of it points along z.
+  std::optional<Quality> quality;  ///< Of the clay and of strokes that have none of their own.
   ClaySetup clay;
   haptics::Material material;          ///< How the clay feels to a hand.
   std::vector<MaterialRow> materials;  ///< What Tool::material names, from 1 on.
@@ -120,6 +121,12 @@ struct Script {
   std::vector<ScriptStroke> strokes;
   std::vector<ScriptOperation> operations;  ///< In order.
 
+  /// How new clay is made, as the script asks for it: its own "bits", else its quality's.
+  [[nodiscard]] clay::Precision bits() const {
+    return precision == clay::Precision::fixed16 || !quality ? precision : quality->clay.precision();
+  }
+  /// Another quality, also of strokes that have none of their own.
+  void use(const Quality& given);
   friend bool operator==(const Script&, const Script&) = default;
 };
 

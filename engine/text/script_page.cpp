@@ -23,6 +23,8 @@ constexpr std::array kFields{
     ScriptField{"setup", "voxel_mm", "0.001 to 1000",
                 "Edge of a voxel. Left out: 0.5, or 256 voxels along the longest side of an import."},
     ScriptField{"setup", "bits", "16 or 32", "Of a voxel's distance; 16 takes half the memory. Left out: 32."},
+    ScriptField{"setup", "quality", "\"draft\", \"balanced\", \"fine\" or object",
+                "Speed against accuracy, of the clay and of every stroke that has none of its own; see below."},
     ScriptField{"setup", "block", "object",
                 "A block of clay. One of block, sphere and import; none with `argil sculpt -i` or where the first step "
                 "makes a piece."},
@@ -61,6 +63,8 @@ constexpr std::array kFields{
     ScriptField{"stroke", "mirror", "[[px, py, pz, nx, ny, nz], ...]",
                 "At most three planes, by a point and a normal, in which the stroke is repeated. With drive tip."},
     ScriptField{"stroke", "radial", "object", "Repeats the stroke around an axis. With drive tip."},
+    ScriptField{"stroke", "quality", "object",
+                "Numbers of Quality below that are about strokes. Left out: as the setup says."},
     ScriptField{"stroke", "piece", "name",
                 "Works on this piece from here on. Left out: the one as before; the clay of the setup is \"Clay\"."},
     ScriptField{"radial", "turns", "1 to 8", "So many times. Needed."},
@@ -213,6 +217,13 @@ A groove, a ridge laid onto the clay, and the whole smoothed:
       "\n`at`, `points` and `direction` are [x, y, z] or lists of such; a `keep_out_plane` is free on the side of its "
       "direction. `force_n` is 0 to 10000, "
       "`stiffness_nmm` 0 to 10000 N/mm, `drag_nsmm` 0 to 1000 N·s/mm, lengths are more than 0.\n";
+  page +=
+      "\n## Quality\n\nA preset's name, or an object: `\"preset\"` and what is to differ from it; without a preset it "
+      "differs from what stands in the third column. docs/tradeoff.md has what each number buys.\n\n"
+      "| key | values | left out | about | what it is |\n|---|---|---|---|---|\n";
+  for (const QualityAxis& axis : qualityAxes())
+    page += fmt::format("| `{}` | {} | {} | {} | {} |\n", keyOf(axis.row), cell(valuesOf(axis.row)),
+                        standardOf(axis.row), nameOf(axis.part), cell(axis.row.help));
   page += "\n## Strokes\n";
   fields(page, "stroke");
   page += "\n`radial`:\n";

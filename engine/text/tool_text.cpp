@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/text/parameter_text.h"
+#include "engine/text/quality_text.h"
 #include "engine/tools/tool_table.h"
 
 namespace argil::engine {
@@ -57,7 +58,7 @@ uint32_t readColour(const Place& place) {
   return colour;
 }
 
-void putTool(ordered_json& object, const Tool& tool) {
+void putTool(ordered_json& object, const Tool& tool, const StrokeQuality& usual) {
   const ToolRow& row = rowOf(tool);
   const Tool standard = scriptTool(row);
   object["tool"] = row.id;
@@ -69,6 +70,7 @@ void putTool(ordered_json& object, const Tool& tool) {
   }
   if (tool.inverted) object["inverted"] = true;
   if (row.file != ToolFile::none) object["file"] = tool.file;
+  if (!(tool.quality == usual)) object["quality"] = strokeQualityJson(tool.quality);
 }
 
 void checkToolKeys(const Place& place, std::vector<std::string_view> others) {
@@ -78,14 +80,16 @@ void checkToolKeys(const Place& place, std::vector<std::string_view> others) {
   keys.reserve(row.parameters.size());
   for (const Parameter<Tool>& parameter : row.parameters) keys.push_back(keyOf(parameter));
   others.insert(others.end(), keys.begin(), keys.end());
-  others.insert(others.end(), {"tool", "inverted"});
+  others.insert(others.end(), {"tool", "inverted", "quality"});
   if (row.file != ToolFile::none) others.push_back("file");
   place.keys(others);
 }
 
-Tool readTool(const Place& place) {
+Tool readTool(const Place& place, const StrokeQuality& usual) {
   const ToolRow& row = rowAt(place);
   Tool tool = scriptTool(row);
+  tool.quality = usual;
+  if (const auto quality = place.maybe("quality")) tool.quality = readStrokeQuality(*quality);
   (void)place.at("radius_mm");
   for (const Parameter<Tool>& parameter : row.parameters) {
     const std::string key = keyOf(parameter);

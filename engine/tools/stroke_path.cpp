@@ -60,8 +60,11 @@ double curvedPressure(double curve, double pressure) {
   return pressure / (pressure + late * (1 - pressure));
 }
 
-StrokePath::StrokePath(const clay::Grid& grid, const Tool& tool, const StrokeQuality& quality)
-    : grid_(grid), tool_(tool) {
+double stampSpacing(const Tool& tool, const clay::Grid& grid) {
+  return std::max(tool.quality.spacing * tool.radiusMm / grid.voxelMm, tool.quality.minSpacingVoxels);
+}
+
+StrokePath::StrokePath(const clay::Grid& grid, const Tool& tool) : grid_(grid), tool_(tool) {
   grid.check();
   const double radius = tool.radiusMm / grid.voxelMm;
   if (!(radius >= kMinRadius && radius <= kMaxRadius)) {
@@ -71,13 +74,8 @@ StrokePath::StrokePath(const clay::Grid& grid, const Tool& tool, const StrokeQua
   if (!(tool.strength >= 0 && tool.strength <= 1)) {
     throw Error(fmt::format("a strength of {} is out of range; choose 0 to 1", tool.strength));
   }
-  if (!(quality.spacing >= 0.01 && quality.spacing <= 1) ||
-      !(quality.minSpacingVoxels >= 0.05 && quality.minSpacingVoxels <= 8)) {
-    throw Error(fmt::format(
-        "a stamp spacing of {} radii and at least {} voxels is out of range; choose 0.01 to 1 and 0.05 to 8",
-        quality.spacing, quality.minSpacingVoxels));
-  }
-  spacing_ = std::max(quality.spacing * radius, quality.minSpacingVoxels);
+  tool.quality.check();
+  spacing_ = stampSpacing(tool, grid);
 }
 
 bool StrokePath::reaches(const clay::Grid& grid, const Vec3d& pointMm) {

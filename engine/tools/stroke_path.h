@@ -12,14 +12,8 @@
 
 namespace argil::engine {
 
-/// Where a stroke trades speed against accuracy.
-struct StrokeQuality {
-  /// Arc length from a stamp to the next, in tool radii: 0.01 to 1. A stamp is a swept segment, so wider spacing costs
-  /// roundness in tight bends only: a right-angled corner is cut short by at most 0.36 of the spacing.
-  double spacing = 0.1;
-  /// And never less than this many voxels: finer stamps change nothing that the clay can hold. 0.05 to 8.
-  double minSpacingVoxels = 0.5;
-};
+/// From a stamp to the next, voxels.
+[[nodiscard]] double stampSpacing(const Tool& tool, const clay::Grid& grid);
 
 /// Turns points, fed one by one, into canonical stamps: a dab at the first point, then swept segments of equal arc
 /// length along a centripetal Catmull-Rom curve through all points, and the rest at the end. The stamps depend on the
@@ -29,8 +23,8 @@ struct StrokeQuality {
 /// it gives. Method: NOTES.md, "Stroke path".
 class StrokePath {
  public:
-  /// Throws Error when the tool or the quality is out of range for this grid.
-  StrokePath(const clay::Grid& grid, const Tool& tool, const StrokeQuality& quality = {});
+  /// Throws Error when the tool or its quality is out of range for this grid.
+  StrokePath(const clay::Grid& grid, const Tool& tool);
 
   /// Whether a stroke may go through this place: finite, and within 70 000 voxels of the grid's origin along each axis.
   [[nodiscard]] static bool reaches(const clay::Grid& grid, const Vec3d& pointMm);

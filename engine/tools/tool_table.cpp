@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "clay/base/error.h"
+#include "engine/tools/stroke_path.h"
 
 namespace argil::engine {
 namespace {
@@ -755,6 +756,14 @@ std::shared_ptr<const clay::Brush> brushOf(const Tool& tool, const clay::Grid& g
   brush->shape = tool.content.shape;
   brush->image = tool.content.image;
   brush->before = before;
+  brush->quality = tool.quality.clay;
+  // What the stamps of a pass add up to where its middle goes is the area below the smooth falloff, 16/15 of a radius,
+  // and the way of one of them, over that way.
+  const auto share = [&](const Tool& of) {
+    const double radii = stampSpacing(of, grid) * grid.voxelMm / of.radiusMm;
+    return radii / (16.0 / 15 + radii);
+  };
+  if (!(tool.quality == StrokeQuality())) brush->perStamp = share(tool) / share({.radiusMm = tool.radiusMm});
   if (row.file == ToolFile::image && !tool.content.image)
     throw Error(fmt::format("the tool {} needs an image: choose one", row.name));
   if (row.file == ToolFile::shape && !tool.content.shape)

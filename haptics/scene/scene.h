@@ -74,6 +74,7 @@ struct Quality {
   int contactSearches = 20;
   /// Force directions from smooth normals instead of the facets between voxels or of triangles.
   bool smoothNormals = true;
+  friend bool operator==(const Quality&, const Quality&) = default;
 };
 
 struct Scene {

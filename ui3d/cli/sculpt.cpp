@@ -257,21 +257,25 @@ void sculpt(const SculptOptions& options) {
   for (const std::filesystem::path& file : options.outputs) {
     if (!engine::holdsClay(file.filename())) io::requireWritable(file);
   }
-  const engine::Script script = engine::readScript(options.script);
+  std::optional<engine::Quality> quality;
+  if (!options.quality.empty()) quality = engine::readQuality(options.quality);
+  engine::Script script = engine::readScript(options.script);
+  if (quality) script.use(*quality);
   engine::PrepareOptions prepare;
   prepare.input = options.input;
   prepare.voxelMm = options.voxelMm;
   prepare.job = options.job;
   engine::PreparedClay clay = [&] {
     const ProgressLine line("making clay", options.job);
-    return engine::prepareClay(clay::Store::make(options.bits ? precisionOf(*options.bits) : script.precision), script,
+    return engine::prepareClay(clay::Store::make(options.bits ? precisionOf(*options.bits) : script.bits()), script,
                                prepare);
   }();
   for (const std::string& note : clay.notes) fmt::print("{}\n", note);
   engine::Session session(std::move(clay.document));
   const std::optional<double> voxelMm = clay.version ? std::optional(clay.version.grid().voxelMm) : std::nullopt;
   clay.version = {};
-  const clay::Grade drawn = options.surface.value_or(clay::Grade::crisp);
+  const engine::Quality used = script.quality.value_or(engine::Quality());
+  const clay::Grade drawn = options.surface.value_or(used.surface);
   clay::Surface surface(true, drawn);
 
   // The clay of the strokes alone is followed in the picture; what is several pieces is drawn anew.
@@ -313,8 +317,7 @@ void sculpt(const SculptOptions& options) {
   for (const std::string& note : report.notes) fmt::print("{}\n", note);
 
   // What is told is what is written, where something is.
-  const clay::Grade written = options.surface.value_or(clay::Grade::fine),
-                    told = options.outputs.empty() ? drawn : written;
+  const clay::Grade written = options.surface.value_or(used.exported), told = options.outputs.empty() ? drawn : written;
   if (told != drawn) surface = clay::Surface(true, drawn);  // two of them may be more than there is memory
   const std::vector<Figures> pieces = figuresOf(*session.document(), told == drawn ? &surface : nullptr, told);
   if (pieces.empty()) throw Error(fmt::format("{}: leaves no piece that is seen", io::displayName(options.script)));

@@ -71,6 +71,40 @@ void printOperations(bool json) {
   if (json) fmt::print("{}\n", rows.dump(2));
 }
 
+void printQuality(bool json) {
+  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+  const auto shown = [](const engine::Parameter<engine::Quality>& row, double value) -> std::string {
+    const auto as = engine::scriptValue(row, value);
+    return as.is_number() ? fmt::format("{:g}", value) : as.is_string() ? as.get<std::string>() : as.dump();
+  };
+  if (!json) fmt::print("{:<18} {:<22} {:>8} {:>8} {:>8}\n", "", "", "draft", "balanced", "fine");
+  std::string_view part;
+  for (const engine::QualityAxis& axis : engine::qualityAxes()) {
+    const auto& row = axis.row;
+    if (json) {
+      nlohmann::ordered_json each{{"part", engine::nameOf(axis.part)},
+                                  {"id", row.id},
+                                  {"name", row.name},
+                                  {"help", row.help},
+                                  {"unit", row.unit},
+                                  {"low", row.low},
+                                  {"high", row.high},
+                                  {"begins", row.get({})}};
+      for (const engine::QualityPreset& preset : engine::qualityPresets())
+        each[std::string(preset.id)] = row.get(preset.quality);
+      rows.push_back(each);
+      continue;
+    }
+    if (engine::nameOf(axis.part) != part) fmt::print("{}\n", engine::nameOf(axis.part));
+    part = engine::nameOf(axis.part);
+    fmt::print("  {:<16} {:<22}", row.id, engine::valuesOf(row));
+    for (const engine::QualityPreset& preset : engine::qualityPresets())
+      fmt::print(" {:>8}", shown(row, row.get(preset.quality)));
+    fmt::print("  {}\n", row.help);
+  }
+  if (json) fmt::print("{}\n", rows.dump(2));
+}
+
 }  // namespace
 
 void tools(const ToolsOptions& options) {
@@ -78,6 +112,7 @@ void tools(const ToolsOptions& options) {
     fmt::print("{}", engine::scriptPage());
     return;
   }
+  if (options.quality) return printQuality(options.json);
   if (options.operations) {
     if (!options.demo.empty()) throw Error("--operations and --demo: give one of them; a scene shows a tool");
     if (!options.ids) return printOperations(options.json);

@@ -29,6 +29,7 @@ struct SculptOptions {
   bool live = false;
   std::optional<double> voxelMm;
   std::optional<int> bits;  ///< As precisionOf(); else the script's.
+  std::string quality;      ///< As engine::readQuality() takes it; empty: the script's.
   /// None: fine where it is written, as convert has it, draft where it is drawn.
   std::optional<clay::Grade> surface;
   std::string device = "touch";
@@ -127,6 +128,7 @@ struct ToolsOptions {
   bool json = false, ids = false;
   bool scripts = false;     ///< The page on scripts, docs/scripts.md.
   bool operations = false;  ///< Those on whole pieces in place of the tools.
+  bool quality = false;     ///< Axes of quality and what presets set them to, in place of the tools.
   std::string demo;         ///< Id of a tool: prints the script of its scene instead.
 };
 /// Prints the tools that there are and what can be set of each.

@@ -361,7 +361,7 @@ TEST(Redistance, InPartsIsAsAtOnceToTheBit) {
     const std::vector<Renew> renew(how == Renew::none ? 0 : all.size(), how);
     const auto hash = [&](size_t atOnce) {
       Editor editor(field);
-      EXPECT_GT(redistance(editor, all, renew, 1, kRedistanceTolerance, atOnce).size(), 300u);
+      EXPECT_GT(redistance(editor, all, renew, 1, {.atOnce = atOnce}).size(), 300u);
       return editor.commit().hash();
     };
     const uint64_t expected = hash(all.size());

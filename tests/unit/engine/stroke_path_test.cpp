@@ -200,7 +200,7 @@ TEST(StrokePath, RefusesAGridThatIsNone) {
     clay::Grid grid;
     grid.voxelMm = 0.5;
     grid.originMm.x() = nowhere;
-    EXPECT_THROW(StrokePath(grid, Tool{"carve", 3}, StrokeQuality()), Error);
+    EXPECT_THROW(StrokePath(grid, Tool{"carve", 3}), Error);
   }
 }
 
@@ -210,7 +210,7 @@ TEST(StrokePath, RefusesToolsThatDoNotFit) {
     EXPECT_THROW(StrokePath(grid, Tool{"carve", radius, 1}), Error) << radius;
   }
   EXPECT_THROW(StrokePath(grid, Tool{"smooth", 5, 1.5}), Error);
-  EXPECT_THROW(StrokePath(grid, {}, StrokeQuality{0, 0.5}), Error);
+  EXPECT_THROW(StrokePath(grid, Tool{.quality = {.spacing = 0}}), Error);
 }
 
 }  // namespace

@@ -199,8 +199,10 @@ TEST(Texts, OfAllTablesReadAsEnglish) {
   const auto rows = [&](const auto& table) {
     for (const auto& row : table) std::visit([&](const auto& each) { add(each.name), add(each.help); }, row);
   };
-  rows(lookRows()), rows(stereoRows()), rows(qualityRows()), rows(pictureRows()), rows(touchQualityRows()),
-      rows(workspaceRows()), rows(wallRows());
+  rows(lookRows()), rows(stereoRows()), rows(qualityRows()), rows(pictureRows()), rows(workspaceRows()),
+      rows(wallRows());
+  parameters(touchQualityRows()), parameters(strokeQualityRows());
+  for (const engine::QualityPreset& preset : engine::qualityPresets()) add(preset.name), add(preset.help);
   parameters(materialRows()), parameters(wellRows()), parameters(symmetryRows()), parameters(handRows()),
       parameters(undoRows());
   for (const FileKind& kind : fileKinds()) add(kind.name), add(kind.writes), add(kind.units);

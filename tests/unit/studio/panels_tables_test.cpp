@@ -66,7 +66,8 @@ TEST(SettingsTables, StandardsAreWhatANewOneHas) {
   expectRows(stereoRows());
   expectRows(qualityRows());
   expectRows(pictureRows());
-  expectRows(touchQualityRows());
+  for (const auto& row : touchQualityRows()) expectRow(row, engine::Quality{});
+  for (const auto& row : strokeQualityRows()) expectRow(row, engine::Quality{});
   expectRows(workspaceRows());
   expectRows(wallRows());
   for (const auto& row : materialRows()) expectRow(row, haptics::Material{});

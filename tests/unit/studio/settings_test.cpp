@@ -98,7 +98,16 @@ TEST(Settings, EveryRowOfThePanelsIsKept) {
   expectKept<render::Stereo>(stereoRows(), [](StudioState& s) -> render::Stereo& { return s.stereo; });
   expectKept<render::Quality>(qualityRows(), [](StudioState& s) -> render::Quality& { return s.quality; });
   expectKept<StudioState>(pictureRows(), [](StudioState& s) -> StudioState& { return s; });
-  expectKept<haptics::Quality>(touchQualityRows(), [](StudioState& s) -> haptics::Quality& { return s.touchQuality; });
+  for (const auto& row : touchQualityRows()) {
+    SCOPED_TRACE(row.id);
+    StudioState state, back;
+    engine::Quality set, got;
+    row.set(set, row.get(got) == row.high ? row.low : row.high);
+    state.touchQuality = set.touch;
+    ASSERT_TRUE(applySettings(settingsText(state), back));
+    got.touch = back.touchQuality;
+    EXPECT_EQ(row.get(got), row.get(set));
+  }
   expectKept<haptics::Workspace>(workspaceRows(), [](StudioState& s) -> haptics::Workspace& { return s.workspace; });
   expectKept<haptics::PanWalls>(wallRows(), [](StudioState& s) -> haptics::PanWalls& { return s.workspace.walls; });
 }

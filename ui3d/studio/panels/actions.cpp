@@ -10,6 +10,7 @@
 #include "ui3d/studio/kit/rows.h"
 #include "ui3d/studio/panels/memory.h"
 #include "ui3d/studio/panels/view_actions.h"
+#include "ui3d/studio/view/chosen_quality.h"
 #include "ui3d/studio/view/panel_table.h"
 #include "ui3d/studio/widgets/guide_places.h"
 
@@ -276,6 +277,14 @@ bool isSymmetric(const Context& c, Text axis) {
   return c.now.document->symmetry.*planeOf(axis);
 }
 
+void useQuality(Context& c, Text id) {
+  const engine::QualityPreset& preset = *engine::findQualityPreset(id);
+  c.bench.setQuality(preset.quality.strokes);
+  c.bench.setTouchQuality(c.state.touchQuality = preset.quality.touch);
+  c.bench.setSurface(c.state.surface = preset.quality.surface);
+  c.state.quality = pictureOf(id);
+}
+
 // A curve or a line; else null.
 const engine::Guide* selectedWay(const Context& c) {
   const engine::Guide* guide = c.now.document->guide(c.state.selected);
@@ -424,6 +433,11 @@ void addHandRows(std::vector<Action>& rows) {
   rows.push_back({"symmetry.fewer", "Symmetry around z: one fewer", "Down to none.", "Tool", "",
                   [](Context& c, Text) { turnMore(c, -1); }, "",
                   [](const Context& c) { return c.now.document->symmetry.turns > 1; }});
+
+  for (const engine::QualityPreset& preset : engine::qualityPresets())
+    rows.push_back({"quality." + std::string(preset.id), std::string(preset.name) + " quality",
+                    std::string(preset.help), "View", "", useQuality, std::string(preset.id), nullptr,
+                    [](const Context& c, Text id) { return isChosen(id, c.state, *c.now.document); }});
 
   struct Row {
     const char *kind, *name, *help;

@@ -7,12 +7,34 @@
 #include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/panels/memory.h"
 #include "ui3d/studio/panels/settings_tables.h"
+#include "ui3d/studio/view/chosen_quality.h"
 
 namespace argil::studio {
 
+namespace {
+
+// draft, balanced, fine; none of them where a row differs.
+void presetRow(Context& context) {
+  std::vector<std::string_view> names;
+  int chosen = -1;
+  for (const engine::QualityPreset& preset : engine::qualityPresets()) {
+    if (isChosen(preset.id, context.state, *context.now.document)) chosen = int(names.size());
+    names.push_back(preset.name);
+  }
+  if (kit::segmented("preset", names, chosen))
+    runAction(context, "quality." + std::string(engine::qualityPresets()[size_t(chosen)].id));
+  kit::dimText(chosen < 0 ? "Set by hand" : std::string(engine::qualityPresets()[size_t(chosen)].help));
+}
+
+}  // namespace
+
 void qualityPanel(Context& context, Memory& memory) {
+  presetRow(context);
   if (drawRows(pictureRows(), context.state).changed) context.bench.setSurface(context.state.surface);
   drawRows(qualityRows(), context.state.quality);
+  kit::heading("Strokes");
+  engine::Quality quality = chosenQuality(context.state, *context.now.document);
+  if (drawRows(strokeQualityRows(), quality).changed) context.bench.setQuality(quality.strokes);
   const FrameFigures& f = context.state.figures;
   kit::heading("What it costs");
   kit::fact("Frame", kit::written(f.frameMs) + " ms, " + (f.still ? "full picture" : "thinned while moving"));

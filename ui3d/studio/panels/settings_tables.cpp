@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include "engine/document/guide_table.h"
 
@@ -121,17 +122,13 @@ const std::array<Row<StudioState>, 2> kPicture{
         StudioState::kLeastFrames, StudioState::kMostFrames, StudioState::kUsualFrames, true),
 };
 
-using TouchQuality = haptics::Quality;
-const std::array<Row<TouchQuality>, 3> kTouchQuality{
-    plain<TouchQuality, &TouchQuality::contactSteps>(
-        "contactSteps", "Contact steps", "Straight parts of the tool's way in a tick: more hold fast hands.", "", 1, 64,
-        8, true),
-    plain<TouchQuality, &TouchQuality::contactSearches>("contactSearches", "Contact searches",
-                                                        "Nearest-point searches in a tick: bounds its cost.", "", 4,
-                                                        200, 20, true),
-    Switch<TouchQuality>{"smoothNormals", "Smooth feel", "Forces along smooth normals instead of facets.",
-                         &TouchQuality::smoothNormals},
-};
+// The servo's rate is that of the device.
+std::vector<engine::Parameter<engine::Quality>> axesOf(engine::QualityPart part) {
+  std::vector<engine::Parameter<engine::Quality>> rows;
+  for (const engine::QualityAxis& axis : engine::qualityAxes())
+    if (axis.part == part && axis.row.id != "servo-hz") rows.push_back(axis.row);
+  return rows;
+}
 
 constexpr std::array<string_view, 3> kFrames{"As the device", "Left-handed", "Right-handed"};
 const std::array<Row<Workspace>, 4> kWorkspace{
@@ -267,8 +264,13 @@ std::span<const Row<render::Quality>> qualityRows() {
 std::span<const Row<StudioState>> pictureRows() {
   return kPicture;
 }
-std::span<const Row<haptics::Quality>> touchQualityRows() {
-  return kTouchQuality;
+std::span<const engine::Parameter<engine::Quality>> strokeQualityRows() {
+  static const auto rows = axesOf(engine::QualityPart::strokes);
+  return rows;
+}
+std::span<const engine::Parameter<engine::Quality>> touchQualityRows() {
+  static const auto rows = axesOf(engine::QualityPart::touch);
+  return rows;
 }
 std::span<const Row<haptics::Workspace>> workspaceRows() {
   return kWorkspace;

@@ -13,7 +13,9 @@ namespace argil::studio {
 [[nodiscard]] std::span<const Row<render::Quality>> qualityRows();
 /// Where the surface's vertices stand, and how often it is drawn.
 [[nodiscard]] std::span<const Row<StudioState>> pictureRows();
-[[nodiscard]] std::span<const Row<haptics::Quality>> touchQualityRows();
+/// Of the document's strokes, of touch: rows of engine::qualityAxes().
+[[nodiscard]] std::span<const engine::Parameter<engine::Quality>> strokeQualityRows();
+[[nodiscard]] std::span<const engine::Parameter<engine::Quality>> touchQualityRows();
 [[nodiscard]] std::span<const Row<haptics::Workspace>> workspaceRows();
 /// Pan walls, by themselves: shown while they are on.
 [[nodiscard]] std::span<const Row<haptics::PanWalls>> wallRows();

@@ -168,8 +168,10 @@ void touchPanel(Context& context, Memory& memory) {
   kit::toggle("Show the reach", context.state.showWorkspaceBox, "The box that the hand can reach, in the picture.");
 
   kit::heading("Accuracy of touch");
-  if (drawRows(touchQualityRows(), context.state.touchQuality).changed)
-    context.bench.setTouchQuality(context.state.touchQuality);
+  engine::Quality quality;
+  quality.touch = context.state.touchQuality;
+  if (drawRows(touchQualityRows(), quality).changed)
+    context.bench.setTouchQuality(context.state.touchQuality = quality.touch);
   if (!pointer) limits(touch.sheet);
 }
 

@@ -1,0 +1,193 @@
+// Speed against accuracy: every axis of a quality by itself, and many together, each with what it costs and how far its
+// result is off; the front of both, and the presets that follow from it.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <set>
+#include <utility>
+
+#include "bench/bench.h"
+#include "bench/tradeoff_front.h"
+#include "bench/tradeoff_page.h"
+#include "bench/tradeoff_work.h"
+#include "clay/base/error.h"
+#include "engine/document/random.h"
+#include "io/bytes/atomic_file.h"
+
+namespace argil::bench {
+
+namespace {
+
+using engine::Quality;
+using engine::QualityAxis;
+using engine::QualityPart;
+
+// Values that an axis is tried at by itself, beside the one that it begins as.
+struct Levels {
+  std::string_view id;
+  std::vector<double> values;
+};
+const std::vector<Levels>& levels() {
+  static const std::vector<Levels> all{
+      {"voxels-across", {96, 128, 192, 384, 512}},
+      {"band", {2, 4, 6}},
+      {"half-memory", {1}},
+      {"spacing", {0.02, 0.05, 0.2, 0.4}},
+      {"min-spacing", {0.1, 0.25, 1, 2}},
+      {"tolerance", {0.01, 0.03, 0.3, 1}},
+      {"passes", {2, 3, 4, 16}},
+      {"drift", {0.25, 0.5, 2}},
+      {"trail", {1, 4, 8, 32}},
+      {"together", {0, 6, 24, 48}},
+      {"flow-step", {0.02, 0.06, 0.25, 0.5, 1}},
+      {"level-rounds", {1, 2, 5, 8}},
+      {"contact-steps", {1, 2, 4, 16, 64}},
+      {"contact-searches", {4, 8, 12, 40, 200}},
+      {"smooth-normals", {0}},
+      {"servo-hz", {250, 500, 2000, 4000}},
+      {"surface", {0, 2}},
+  };
+  return all;
+}
+
+// Qualities of many axes at once: each axis is cut into as many slices as there are, and each slice is used once.
+constexpr int kTogether[] = {8, 20, 12, 0};
+
+std::vector<std::string> design(QualityPart part) {
+  std::vector<std::string> points{""};
+  std::set<std::string> known{""};
+  const auto add = [&](const Quality& quality) {
+    std::string axes = axesOf(quality, part);
+    if (known.insert(axes).second) points.push_back(std::move(axes));
+  };
+  std::vector<const Levels*> own;
+  for (const Levels& each : levels()) {
+    const QualityAxis& axis = *engine::findQualityAxis(each.id);
+    if (axis.part != part) continue;
+    own.push_back(&each);
+    for (const double value : each.values) {
+      Quality quality;
+      axis.row.set(quality, value);
+      add(quality);
+    }
+  }
+  const int count = kTogether[static_cast<size_t>(part)];
+  engine::Random random(20 + static_cast<uint64_t>(part));
+  std::vector<Quality> many(static_cast<size_t>(count));
+  for (const Levels* each : own) {
+    const QualityAxis& axis = *engine::findQualityAxis(each->id);
+    std::vector<double> values = each->values;
+    values.push_back(axis.row.get(Quality()));
+    std::sort(values.begin(), values.end());
+    std::vector<size_t> order(many.size());
+    for (size_t i = 0; i < order.size(); ++i) order[i] = i;
+    for (size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random.below(i)]);
+    for (size_t i = 0; i < many.size(); ++i) axis.row.set(many[order[i]], values[i * values.size() / many.size()]);
+  }
+  for (const Quality& quality : many) add(quality);
+  return points;
+}
+
+// A fixed piece of arithmetic of about ten milliseconds: what costs are counted in.
+double yardstick() {
+  const CoreStopwatch watch;
+  constexpr size_t kNumbers = size_t{1} << 14;
+  static std::vector<float> numbers(kNumbers, 1.25f);
+  for (int pass = 0; pass < 1200; ++pass)
+    for (size_t i = 1; i + 1 < kNumbers; ++i)
+      numbers[i] = 0.5f * numbers[i] + 0.25f * (numbers[i - 1] + numbers[i + 1]) + 1e-6f;
+  volatile float kept = numbers[kNumbers / 2];
+  (void)kept;
+  return watch.us();
+}
+
+struct Cost {
+  double median = 0, low = 0, high = 0;
+  int runs = 0;
+};
+
+// Of ratios, with the ends of what the median would be in 95 of 100 drawings.
+Cost costOf(const std::vector<double>& ratios) {
+  const auto median = [](std::vector<double> v) {
+    std::sort(v.begin(), v.end());
+    const size_t half = v.size() / 2;
+    return v.size() % 2 == 1 ? v[half] : 0.5 * (v[half - 1] + v[half]);
+  };
+  constexpr int kDrawings = 400;
+  engine::Random random(7);
+  std::vector<double> medians;
+  for (int i = 0; i < kDrawings; ++i) {
+    std::vector<double> drawn;
+    for (size_t k = 0; k < ratios.size(); ++k) drawn.push_back(ratios[random.below(ratios.size())]);
+    medians.push_back(median(drawn));
+  }
+  std::sort(medians.begin(), medians.end());
+  return {median(ratios), medians[kDrawings / 40], medians[kDrawings - 1 - kDrawings / 40],
+          static_cast<int>(ratios.size())};
+}
+
+// The yardstick before and after each run: what slows the machine slows both.
+Cost measured(TradeoffWork& work, const Quality& quality) {
+  constexpr size_t kLeast = 3, kMost = 7;
+  constexpr double kWithin = 0.03;
+  std::vector<double> ratios;
+  Cost cost;
+  work.run(quality);  // what is made once, and caches
+  double before = yardstick();
+  while (ratios.size() < kMost) {
+    const CoreStopwatch watch;
+    work.run(quality);
+    const double us = watch.us(), after = yardstick();
+    ratios.push_back(2 * us / (before + after));
+    before = after;
+    if (ratios.size() < kLeast) continue;
+    cost = costOf(ratios);
+    if (cost.high - cost.low <= 2 * kWithin * cost.median) break;
+  }
+  return cost;
+}
+
+}  // namespace
+
+void benchTradeoff(BenchReport& report, const BenchOptions& options) {
+  std::vector<TradeoffRow> rows;
+  constexpr QualityPart kParts[] = {QualityPart::clay, QualityPart::strokes, QualityPart::touch, QualityPart::surface};
+  size_t all = 0, done = 0;
+  std::vector<std::vector<std::unique_ptr<TradeoffWork>>> works;
+  std::vector<std::vector<std::string>> points;
+  for (const QualityPart part : kParts) {
+    works.push_back(tradeoffWork(part));
+    points.push_back(design(part));
+    all += works.back().size() * points.back().size();
+  }
+  for (const QualityPart part : kParts) {
+    report.heading(std::string(engine::nameOf(part)));
+    const size_t p = static_cast<size_t>(part);
+    for (const std::string& axes : points[p]) {
+      const Quality quality = qualityOf(axes);
+      for (const auto& work : works[p]) {
+        if (options.job) options.job->step(static_cast<double>(done++) / static_cast<double>(all));
+        const Cost cost = measured(*work, quality);
+        const TradeoffError error = work->error();
+        rows.push_back(
+            {part, axes, work->name, error.rms, error.most, work->unit, cost.median, cost.low, cost.high, error.bytes});
+        BenchResult result;
+        result.name =
+            fmt::format("tradeoff/{}/{}/{}", engine::nameOf(part), axes.empty() ? "standard" : axes, work->name);
+        result.unit = "×";
+        result.median = cost.median;
+        result.n = static_cast<uint64_t>(cost.runs);
+        result.note = fmt::format("off by {:.3g} {} RMS, {:.3g} at most", error.rms, work->unit, error.most);
+        report.add(result);
+      }
+    }
+    works[p].clear();
+  }
+  if (options.folder.empty()) return;
+  writeTradeoff(rows, options.folder);
+}
+
+}  // namespace argil::bench
