@@ -46,6 +46,7 @@ constexpr std::array kBenchmarks = {
     Benchmark{.name = "day-import", .run = benchDayImport, .byDefault = false},
     Benchmark{.name = "buzz", .run = benchBuzz, .draws = true},
     Benchmark{.name = "extremes", .run = benchExtremes, .byDefault = false},
+    Benchmark{.name = "costs", .run = benchCosts},
     Benchmark{.name = "tradeoff", .run = benchTradeoff, .byDefault = false},
     Benchmark{.name = "stability", .run = benchStability, .byDefault = false, .draws = true},
 };

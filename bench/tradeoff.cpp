@@ -53,8 +53,23 @@ const std::vector<Levels>& levels() {
   return all;
 }
 
+// What pays by itself, together.
+std::vector<std::vector<std::pair<std::string_view, double>>> combinations() {
+  std::vector<std::vector<std::pair<std::string_view, double>>> all;
+  for (const double spacing : {0.05, 0.1, 0.2, 0.4})
+    for (const double tolerance : {0.01, 0.1})
+      for (const double drift : {1.0, 2.0})
+        all.push_back({{"spacing", spacing}, {"tolerance", tolerance}, {"drift", drift}});
+  for (const double across : {96.0, 192.0, 384.0})
+    for (const double band : {2.0, 4.0}) all.push_back({{"voxels-across", across}, {"band", band}});
+  for (const double steps : {2.0, 4.0})
+    for (const double smooth : {0.0, 1.0})
+      all.push_back({{"contact-steps", steps}, {"contact-searches", 8}, {"smooth-normals", smooth}});
+  return all;
+}
+
 // Qualities of many axes at once: each axis is cut into as many slices as there are, and each slice is used once.
-constexpr int kTogether[] = {8, 20, 12, 0};
+constexpr int kTogether[] = {6, 14, 10, 0};
 
 std::vector<std::string> design(QualityPart part) {
   std::vector<std::string> points{""};
@@ -73,6 +88,12 @@ std::vector<std::string> design(QualityPart part) {
       axis.row.set(quality, value);
       add(quality);
     }
+  }
+  for (const auto& values : combinations()) {
+    Quality quality;
+    for (const auto& [id, value] : values)
+      if (const QualityAxis& axis = *engine::findQualityAxis(id); axis.part == part) axis.row.set(quality, value);
+    add(quality);
   }
   const int count = kTogether[static_cast<size_t>(part)];
   engine::Random random(20 + static_cast<uint64_t>(part));
@@ -153,6 +174,10 @@ Cost measured(TradeoffWork& work, const Quality& quality) {
 }  // namespace
 
 void benchTradeoff(BenchReport& report, const BenchOptions& options) {
+  if (!options.from.empty()) {
+    if (options.folder.empty()) throw Error("tradeoff: --from makes a page again: give it a --folder");
+    return writeTradeoff(readTradeoffCsv(options.from), options.folder);
+  }
   std::vector<TradeoffRow> rows;
   constexpr QualityPart kParts[] = {QualityPart::clay, QualityPart::strokes, QualityPart::touch, QualityPart::surface};
   size_t all = 0, done = 0;

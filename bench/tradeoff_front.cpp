@@ -18,7 +18,9 @@ using engine::QualityAxis;
 using engine::QualityPart;
 
 constexpr const char* kHead = "part,quality,workload,rms,most,unit,cost,cost low,cost high,bytes";
-constexpr double kDraft = 1.25, kFine = 1.1, kTie = 1.03;
+constexpr double kDraft = 1.25, kFine = 1.1, kTie = 1.05;
+// The rate is the device's, and stiffness goes with it: shown, and chosen by no preset.
+constexpr const char* kNotChosen = "servo-hz=";
 constexpr double kSameError = 1.01, kSameCost = 1.03;
 
 QualityPart partNamed(const std::string& name) {
@@ -121,7 +123,10 @@ double coverage(const std::vector<TradeoffPoint>& front, const std::vector<Trade
   return worst;
 }
 
-TradeoffPresets presetsOf(const std::vector<TradeoffPoint>& points) {
+TradeoffPresets presetsOf(const std::vector<TradeoffPoint>& all) {
+  std::vector<TradeoffPoint> points;
+  for (const TradeoffPoint& p : all)
+    if (p.axes.find(kNotChosen) == std::string::npos) points.push_back(p);
   if (points.empty()) throw Error("there is no point to choose a preset from");
   // The least of `key` among those that are `allowed`; of nearly equal ones the plainest.
   const auto least = [&](auto allowed, auto key) {

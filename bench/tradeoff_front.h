@@ -43,8 +43,8 @@ inline constexpr double kLeastErrorMm = 1e-4, kLeastErrorN = 1e-3;
 [[nodiscard]] double coverage(const std::vector<TradeoffPoint>& front, const std::vector<TradeoffPoint>& other);
 
 /// draft: least error among those within 1.25 times the cheapest. fine: cheapest among those within 1.1 times the least
-/// error. balanced: least cost × error. Within 3 %: the one nearer to what a quality begins as (fewer axes that
-/// differ), then fewer bytes, then by name.
+/// error. balanced: least cost × error. Of those within 5 % of the best the one nearer to what a quality begins as
+/// (fewer axes that differ), then fewer bytes, then by name. The servo's rate is no preset's: it is the device's.
 struct TradeoffPresets {
   std::string draft, balanced, fine;
 };

@@ -122,17 +122,23 @@ void writeTradeoff(const std::vector<TradeoffRow>& rows, const std::filesystem::
   chart.caption = {
       "Each dot is a quality: geometric means over the workloads of its part, as factors of what a quality "
       "begins as. Lower left is better."};
-  std::string page =
-      "# Speed against accuracy\n\nMade by `argil bench tradeoff --folder docs`: every axis of a quality by itself, "
-      "and "
-      "many at once. Costs are processor time in that of a fixed\npiece of arithmetic that ran right before and after, "
-      "repeated until the median is known within 3 % or nine times. `docs/tradeoff.csv` has every row.\n\n"
-      "Presets follow from the points by one rule. *Draft*: the least error among those within 1.25 times the "
-      "cheapest. "
-      "*Fine*: the cheapest among those within\n1.1 times the least error. *Balanced*: the least product of cost and "
-      "error, where 1 % of time stops buying 1 % of accuracy. Of points within 3 % the one\nwith fewer axes "
-      "changed.\n\n"
-      "![Fronts](tradeoff.svg)\n\n| preset | clay | strokes | touch | surface |\n|---|---|---|---|---|\n";
+  std::string page = R"(# Speed against accuracy
+
+Made by `argil bench tradeoff --folder docs`: every axis of a quality by itself, and many at once. Costs are processor
+time in that of a fixed piece of arithmetic that ran right before and after, repeated until the median is known within
+3 % or seven times. [tradeoff.csv](tradeoff.csv) has every row; `--from docs/tradeoff.csv` makes this page again.
+
+Presets follow from the points by one rule. *Draft*: the least error among those within 1.25 times the cheapest. *Fine*:
+the cheapest among those within 1.1 times the least error. *Balanced*: the least product of cost and error, where 1 % of
+time stops buying 1 % of accuracy. Of those within 5 % of the best the one with the fewest axes changed. The servo's rate
+is no preset's: it is the device's, and stiffness goes with it. Files are written with the fine surface by all presets:
+that is paid once.
+
+![Fronts](tradeoff.svg)
+
+| preset | clay | strokes | touch | surface |
+|---|---|---|---|---|
+)";
   std::vector<TradeoffPresets> presets;
   for (const Part& part : kParts) {
     const auto points = pointsOf(rows, part.part);

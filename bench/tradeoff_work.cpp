@@ -9,6 +9,7 @@
 #include <numbers>
 #include <optional>
 
+#include "bench/known_shapes.h"
 #include "clay/brush/brush.h"
 #include "clay/field/primitives.h"
 #include "clay/import/mesh_to_clay.h"
@@ -28,80 +29,6 @@ using clay::Grid;
 using clay::Version;
 using engine::Quality;
 using engine::QualityPart;
-
-constexpr double kBallMm = 20;  // radius of what is worked on; everything is 40 mm long
-
-Grid gridOf(const Quality& quality, double sideMm = 2 * kBallMm) {
-  Grid grid;
-  grid.voxelMm = sideMm / quality.clay.voxelsAcross;
-  grid.band = static_cast<float>(quality.clay.band);
-  // Off the middle of everything, so that no shape meets the grid at a place that flatters it.
-  grid.originMm = Vec3d(0.31, 0.17, 0.23) * grid.voxelMm;
-  return grid;
-}
-
-Version ballOf(const Quality& quality, const Grid& grid) {
-  return clay::makeSphere(clay::Store::make(quality.clay.precision()), grid, Vec3d::Zero(), kBallMm);
-}
-
-// A solid that turns about z, of two circles in the half plane (r, z): the first, with the second cut away or added.
-struct Turned {
-  Eigen::Vector2d a = {0, 0}, b = {0, 0};
-  double radiusA = kBallMm, radiusB = 0;
-  bool cut = true;
-
-  // Where both circles meet.
-  [[nodiscard]] std::vector<Eigen::Vector2d> rims() const {
-    const Eigen::Vector2d way = b - a;
-    const double d = way.norm();
-    if (radiusB == 0 || d >= radiusA + radiusB || d <= std::abs(radiusA - radiusB)) return {};
-    const double along = (d * d + radiusA * radiusA - radiusB * radiusB) / (2 * d);
-    const double across = std::sqrt(std::max(0.0, radiusA * radiusA - along * along));
-    const Eigen::Vector2d u = way / d, n(-u.y(), u.x()), foot = a + along * u;
-    return {foot + across * n, foot - across * n};
-  }
-  // Whether a place on a circle is on the solid's skin.
-  [[nodiscard]] bool onSkin(const Eigen::Vector2d& p, bool ofA) const {
-    if (radiusB == 0) return ofA;
-    if (ofA) return (p - b).norm() >= radiusB;
-    return cut ? (p - a).norm() <= radiusA : (p - a).norm() >= radiusA;
-  }
-  [[nodiscard]] double distance(const Vec3d& at) const {
-    double least = INFINITY;
-    for (const double side : {1.0, -1.0}) {  // the other half of the plane mirrors this one
-      const Eigen::Vector2d p(side * std::hypot(at.x(), at.y()), at.z());
-      const auto circle = [&](const Eigen::Vector2d& middle, double radius, bool ofA) {
-        const double d = (p - middle).norm();
-        if (radius == 0 || d == 0) return;
-        const Eigen::Vector2d foot = middle + (p - middle) * (radius / d);
-        if (onSkin(foot, ofA)) least = std::min(least, std::abs(d - radius));
-      };
-      circle(a, radiusA, true);
-      circle(b, radiusB, false);
-      for (const Eigen::Vector2d& rim : rims()) least = std::min(least, (p - rim).norm());
-    }
-    return least;
-  }
-  // Places on the skin, every rim among them.
-  [[nodiscard]] std::vector<Vec3d> places() const {
-    std::vector<Vec3d> all;
-    const auto turn = [&](const Eigen::Vector2d& p) {
-      const double angle = 2.399963229728653 * static_cast<double>(all.size());
-      all.emplace_back(p.x() * std::cos(angle), p.x() * std::sin(angle), p.y());
-    };
-    constexpr int kAround = 4000;
-    for (int i = 0; i < kAround; ++i) {
-      const double t = 2 * std::numbers::pi * (i + 0.5) / kAround;
-      const Eigen::Vector2d way(std::cos(t), std::sin(t));
-      if (const Eigen::Vector2d p = a + radiusA * way; p.x() >= 0 && onSkin(p, true)) turn(p);
-      if (const Eigen::Vector2d p = b + radiusB * way; radiusB > 0 && p.x() >= 0 && onSkin(p, false)) turn(p);
-    }
-    const auto edges = rims();
-    for (int i = 0; i < 500 * static_cast<int>(edges.size()); ++i)
-      if (const Eigen::Vector2d& p = edges[static_cast<size_t>(i) % edges.size()]; p.x() >= 0) turn(p);
-    return all;
-  }
-};
 
 // Of places and distances, both ways.
 struct Gathered {
@@ -128,40 +55,6 @@ TradeoffError offFrom(const Turned& truth, const clay::TriangleMesh& mesh, doubl
     all.add(std::sqrt(hit.squared));
   }
   return all.error(bytes);
-}
-
-// The ball of 20 mm with something done to it by a stroke that goes once around z.
-struct Ring {
-  const char* name;
-  const char* tool;     // null: nothing is done
-  double radiusMm, at;  // of the tip; of the circle that its middle goes along, in mm
-};
-constexpr std::array kRings{Ring{"ball", nullptr, 0, 0}, Ring{"groove", "carve", 2.5, 20}, Ring{"rim", "carve", 4, 22},
-                            Ring{"ridge", "add", 2, 20}};
-
-Turned turnedOf(const Ring& ring) {
-  Turned turned;
-  if (!ring.tool) return turned;
-  turned.b = {ring.at, 0};
-  turned.radiusB = ring.radiusMm;
-  turned.cut = std::string_view(ring.tool) == "carve";
-  return turned;
-}
-
-Version ringOn(const Ring& ring, Version clay, const engine::StrokeQuality& quality) {
-  if (!ring.tool) return clay;
-  engine::Session session(std::move(clay));
-  engine::Tool tool = engine::standardTool(*engine::findTool(ring.tool));
-  tool.radiusMm = ring.radiusMm;
-  tool.radiusByPressure = tool.strengthByPressure = 0;
-  tool.quality = quality;
-  session.beginStroke(tool);
-  constexpr int kPoints = 240;
-  for (int i = 0; i <= kPoints; ++i) {
-    const double t = 2 * std::numbers::pi * i / kPoints;
-    session.addPoint(0.01 * i, ring.at * Vec3d(std::cos(t), std::sin(t), 0));
-  }
-  return session.endStroke();
 }
 
 class ShapeWork : public TradeoffWork {
@@ -257,7 +150,7 @@ clay::TriangleMesh askewBox() {
 std::vector<std::pair<std::string, clay::TriangleMesh>> meshes() {
   std::vector<std::pair<std::string, clay::TriangleMesh>> all{{"box", askewBox()}};
   const char* data = std::getenv("ARGIL_DATA");
-  for (const char* model : {"fandisk", "stanford-bunny"}) {
+  for (const char* model : {"fandisk"}) {
     const auto file = std::filesystem::path(data ? data : "") / "mesh" / (std::string(model) + ".obj");
     if (!data || !std::filesystem::exists(file)) continue;
     io::ModelFile read = io::readModel(file);
@@ -306,7 +199,8 @@ class StrokeWork : public TradeoffWork {
                          (brick.coord.z * clay::kBrickEdge) + (v & 7));
           const auto hit = nearest.nearest(version_.grid().toWorld(at), hint);
           hint = hit.triangle;
-          all.add(std::abs(std::sqrt(hit.squared) - std::abs(q) * voxelMm));
+          all.add(
+              std::abs(std::min(std::sqrt(hit.squared), static_cast<double>(band) * voxelMm) - std::abs(q) * voxelMm));
         }
       }
     });
@@ -344,22 +238,24 @@ class StrokeWork : public TradeoffWork {
   Version start_, version_, dearest_;
 };
 
-// A tool that reads the band far from the surface, beside the same in a band of six voxels.
+// A tool that reads the band far from the surface, beside the same in the widest band, at voxels of one size: what a
+// band does is counted in voxels.
 class BandWork : public TradeoffWork {
  public:
   explicit BandWork(const char* tool) : tool_(tool) { name = std::string(tool) + " in a band"; }
   void run(const Quality& quality) override { version_ = stroke(quality); }
   TradeoffError error() override {
-    Quality widest;
-    widest.clay.voxelsAcross = 2 * kBallMm / version_.grid().voxelMm;
-    widest.clay.band = 6;
-    const Version truth = stroke(widest);
+    if (!truth_) {
+      Quality widest;
+      widest.clay.band = kWidest;
+      truth_ = stroke(widest);
+    }
     Gathered all;
     const float band = version_.grid().band;
-    truth.forEachBrick([&](const clay::Brick& brick) {
-      const clay::Slot one = truth.find(brick.coord), other = version_.find(brick.coord);
+    truth_.forEachBrick([&](const clay::Brick& brick) {
+      const clay::Slot one = truth_.find(brick.coord), other = version_.find(brick.coord);
       for (int v = 0; v < clay::kBrickVoxels; ++v)
-        if (const float p = one.phi(v, 6); std::abs(p) < 1)
+        if (const float p = one.phi(v, static_cast<float>(kWidest)); std::abs(p) < 1)
           all.add(std::abs(static_cast<double>(p - other.phi(v, band))) * version_.grid().voxelMm);
     });
     return all.error(static_cast<double>(version_.stats().bytes()));
@@ -370,10 +266,13 @@ class BandWork : public TradeoffWork {
     constexpr Ring kWhole{"", "", 3, kBallMm - 1};
     Ring ring = kWhole;
     ring.tool = tool_;
-    return ringOn(ring, ballOf(quality, gridOf(quality)), quality.strokes);
+    Quality here = quality;
+    here.clay.voxelsAcross = 128;
+    return ringOn(ring, ballOf(here, gridOf(here)), {});
   }
+  static constexpr double kWidest = 8;
   const char* tool_;
-  Version version_;
+  Version version_, truth_;
 };
 
 // A ball felt along a path, beside the same with everything at its dearest.

@@ -142,6 +142,11 @@ void* BlockPool::Share::allocate(size_t bytes) {
   return block;
 }
 
+size_t BlockPool::bytes() const {
+  const std::lock_guard lock(mutex_);
+  return slabBytes_;
+}
+
 void BlockPool::release(void* block, size_t bytes) noexcept {
   bool last;
   {

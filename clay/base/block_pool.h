@@ -45,6 +45,8 @@ class BlockPool {
     int64_t taken_ = 0;
   };
 
+  /// Taken from the system, large blocks from the heap apart. Any thread.
+  [[nodiscard]] size_t bytes() const;
   /// Of a block from any share. Any thread.
   void release(void* block, size_t bytes) noexcept;
 
@@ -56,7 +58,7 @@ class BlockPool {
   BlockPool() { rests_.reserve(64); }
   ~BlockPool();
 
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   // Lists through the blocks themselves: what is given back needs no memory.
   struct FreeBlock {
     FreeBlock* next;

@@ -351,6 +351,12 @@ uint64_t Surface::quadCount() const {
   return state_->quadCount;
 }
 
+uint64_t Surface::bytes() const {
+  uint64_t sum = state_->pool->bytes();
+  for (const auto& entry : state_->regions) sum += sizeof(SurfaceRegion) + entry.second->held.bytes();
+  return sum;
+}
+
 const BrickMesh* Surface::find(Coord brick) const {
   return state_->find(brick);
 }

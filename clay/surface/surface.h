@@ -92,6 +92,8 @@ class Surface {
   [[nodiscard]] const Version& version() const;
   [[nodiscard]] uint64_t vertexCount() const;
   [[nodiscard]] uint64_t quadCount() const;
+  /// Memory of its meshes and tables, those that are kept for going back among them.
+  [[nodiscard]] uint64_t bytes() const;
   /// The mesh that a brick coordinate owns, or null.
   [[nodiscard]] const BrickMesh* find(Coord brick) const;
   /// Every brick mesh that has quads or vertices, in order of the tree.

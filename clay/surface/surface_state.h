@@ -38,6 +38,12 @@ class HeldTable {
     return (*slice)[i & 63];
   }
 
+  [[nodiscard]] uint64_t bytes() const {
+    uint64_t sum = 0;
+    for (const auto& slice : slices_) sum += slice ? sizeof(*slice) : 0;
+    return sum;
+  }
+
  private:
   static inline const HeldPtr none_;
   std::array<std::unique_ptr<std::array<HeldPtr, 64>>, 8> slices_;
