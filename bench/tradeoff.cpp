@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <set>
 #include <utility>
@@ -171,15 +172,43 @@ Cost measured(TradeoffWork& work, const Quality& quality) {
   return cost;
 }
 
+constexpr QualityPart kParts[] = {QualityPart::clay, QualityPart::strokes, QualityPart::touch, QualityPart::surface};
+
+// The presets; beside a table that is in the folder already, how well each front covers the other; then what is there
+// is replaced.
+void finish(BenchReport& report, const std::vector<TradeoffRow>& rows, const std::filesystem::path& folder) {
+  std::vector<TradeoffRow> kept;
+  if (!folder.empty() && std::filesystem::exists(folder / "tradeoff.csv"))
+    kept = readTradeoffCsv(folder / "tradeoff.csv");
+  report.heading("presets, and how far this front and the one that is kept are off each other");
+  for (const QualityPart part : kParts) {
+    const auto now = pointsOf(rows, part), before = pointsOf(kept, part);
+    const TradeoffPresets presets = presetsOf(now);
+    BenchResult result;
+    result.name = fmt::format("tradeoff/front/{}", engine::nameOf(part));
+    result.unit = "×";
+    result.n = frontOf(now).size();
+    result.median = before.empty() ? 1 : std::max(coverage(frontOf(now), before), coverage(frontOf(before), now));
+    result.note = fmt::format("draft [{}], balanced [{}], fine [{}]", presets.draft, presets.balanced, presets.fine);
+    if (!before.empty()) {
+      const TradeoffPresets then = presetsOf(before);
+      result.note += then.draft == presets.draft && then.balanced == presets.balanced && then.fine == presets.fine
+                         ? "; as kept"
+                         : fmt::format("; kept are [{}], [{}], [{}]", then.draft, then.balanced, then.fine);
+    }
+    report.add(result);
+  }
+  if (!folder.empty()) writeTradeoff(rows, folder);
+}
+
 }  // namespace
 
 void benchTradeoff(BenchReport& report, const BenchOptions& options) {
   if (!options.from.empty()) {
     if (options.folder.empty()) throw Error("tradeoff: --from makes a page again: give it a --folder");
-    return writeTradeoff(readTradeoffCsv(options.from), options.folder);
+    return finish(report, readTradeoffCsv(options.from), options.folder);
   }
   std::vector<TradeoffRow> rows;
-  constexpr QualityPart kParts[] = {QualityPart::clay, QualityPart::strokes, QualityPart::touch, QualityPart::surface};
   size_t all = 0, done = 0;
   std::vector<std::vector<std::unique_ptr<TradeoffWork>>> works;
   std::vector<std::vector<std::string>> points;
@@ -211,8 +240,7 @@ void benchTradeoff(BenchReport& report, const BenchOptions& options) {
     }
     works[p].clear();
   }
-  if (options.folder.empty()) return;
-  writeTradeoff(rows, options.folder);
+  finish(report, rows, options.folder);
 }
 
 }  // namespace argil::bench

@@ -152,6 +152,8 @@ int run(int argc, char** argv) {
   inspectVerb->add_option("file", inspect.input, "Document or model")->required();
   addPlace(inspectVerb, inspect.place);
   inspectVerb->add_option("--voxel", inspect.voxelMm, "Also as clay with this voxel size in mm: what it costs");
+  inspectVerb->add_flag("--cost", inspect.cost,
+                        "Of a model what it would cost as clay, before that is made; of a document what it takes");
   inspectVerb->add_flag("--json", inspect.json, "As JSON");
 
   cli::RecoverOptions recover;

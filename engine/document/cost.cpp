@@ -42,7 +42,7 @@ ClayCost costOf(const ClayPlan& plan, const MachineSpeed& machine) {
 }
 
 std::string sentence(const ClayPlan& plan, const ClayCost& cost) {
-  return fmt::format("{:g} mm: {} voxels, {}B, a dab of {:g} mm {:.2g} ms, edges within {:.2g} mm, {} triangles",
+  return fmt::format("{:.3g} mm: {} voxels, {}B, a dab of {:.2g} mm {:.2g} ms, rims of cuts within {:.2g} mm, {} triangles",
                      plan.voxelMm, counted(cost.activeVoxels), counted(cost.bytes), plan.tipMm, cost.dabMs, cost.edgeMm,
                      counted(cost.triangles));
 }

@@ -28,7 +28,7 @@ struct ClayPlan {
 };
 [[nodiscard]] ClayCost costOf(const ClayPlan& plan, const MachineSpeed& machine);
 
-/// "0.25 mm: 8.1 M voxels, 290 MB, a dab of 5 mm 1.2 ms, edges within 0.03 mm, 4.1 M triangles".
+/// "0.25 mm: 8.1 M voxels, 290 MB, a dab of 5 mm 1.2 ms, rims of cuts within 0.044 mm, 4.1 M triangles".
 [[nodiscard]] std::string sentence(const ClayPlan& plan, const ClayCost& cost);
 
 }  // namespace argil::engine

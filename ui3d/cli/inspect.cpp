@@ -12,6 +12,8 @@
 #include "clay/surface/surface_topology.h"
 #include "engine/models/import_place.h"
 #include "engine/models/load_document.h"
+#include "engine/text/quality_text.h"
+#include "ui3d/cli/inspect_cost.h"
 #include "ui3d/cli/mesh_input.h"
 #include "ui3d/cli/verbs.h"
 
@@ -81,15 +83,19 @@ void inspectClay(const InspectOptions& options) {
   json["notes"] = loaded.notes;
   json["history_steps"] = loaded.steps;
   json["guides"] = document.guides.size();
+  json["quality"] = engine::strokeQualityJson(document.quality);
   if (!options.json) {
     fmt::print("{}: {}, {} piece{}, {} part{}, {} guide{}, {} step{} of history\n", options.input.string(), loaded.what,
                document.pieces.size(), document.pieces.size() == 1 ? "" : "s", document.parts.size(),
                document.parts.size() == 1 ? "" : "s", document.guides.size(), document.guides.size() == 1 ? "" : "s",
                loaded.steps, loaded.steps == 1 ? "" : "s");
     for (const std::string& note : loaded.notes) fmt::print("  note        {}\n", note);
+    if (const auto& quality = json["quality"]; !quality.empty())
+      fmt::print("  quality     of strokes to come: {}\n", quality.dump());
   }
+  std::vector<clay::Surface> held;
   for (const engine::Piece& piece : document.pieces) {
-    clay::Surface surface(false);
+    clay::Surface surface(options.cost);
     surface.update(piece.version, 2);
     const clay::TopologyReport skin = clay::surfaceTopology(surface);
     const clay::VersionStats stats = piece.version.stats();
@@ -102,6 +108,7 @@ void inspectClay(const InspectOptions& options) {
                               {"channel_bricks", stats.channelBricks},
                               {"hash", fmt::format("{:016x}", piece.version.hash())},
                               {"surface", topologyJson(skin)}});
+    if (options.cost) held.push_back(std::move(surface));
     if (options.json) continue;
     fmt::print("{}: voxels of {} mm{}{}\n", piece.name, piece.version.grid().voxelMm, piece.visible ? "" : ", hidden",
                piece.locked ? ", locked" : "");
@@ -116,6 +123,7 @@ void inspectClay(const InspectOptions& options) {
     fmt::print("{}: a part\n", part.name);
     printTopology(mesh);
   }
+  if (options.cost) json["memory"] = memoryCosts(document, held, !options.json);
   if (options.json) fmt::print("{}\n", json.dump(2));
 }
 
@@ -151,7 +159,9 @@ void inspect(const InspectOptions& options) {
       fmt::print("  at risk     {:.2g} % of the surface bounds walls thinner than voxels of {} mm\n",
                  100 * walls.shareThinner(*options.voxelMm), *options.voxelMm);
   }
-  if (options.voxelMm) {
+  if (options.cost) {
+    json["cost"] = planCosts(file.mesh, options.voxelMm, !options.json);
+  } else if (options.voxelMm) {
     clay::TriangleMesh* const meshes[] = {&file.mesh};
     if (const std::string moved = engine::movedWords(engine::bringNear(meshes)); !moved.empty() && !options.json)
       fmt::print("{}\n", moved);

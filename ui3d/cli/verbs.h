@@ -60,6 +60,7 @@ struct InspectOptions {
   std::filesystem::path input;
   engine::ImportPlace place;      ///< Of an input that is a model.
   std::optional<double> voxelMm;  ///< Also say what it costs as clay.
+  bool cost = false;              ///< Of a model what it would cost as clay, of a document what it takes of memory.
   bool json = false;
   Job* job = nullptr;
 };

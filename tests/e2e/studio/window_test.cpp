@@ -4,11 +4,13 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <algorithm>
 #include <chrono>
 #include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
 
+#include "tests/e2e/support/command.h"
 #include "tests/e2e/support/screen.h"
 
 namespace argil::tests {
@@ -320,6 +322,50 @@ TEST_F(StudioWindow, TheStartPageIsReachedByKeysAndGoesWhenWorkBegins) {
     (void)person.shot("start-opened");
     person.close();
     EXPECT_EQ(studio.wait(60), 0) << studio.said();
+  }
+}
+
+TEST_F(StudioWindow, AQualityIsChosenKeptAndSaved) {
+  screen(1340, 800);
+  if (!server_) return;
+  const fs::path file = scratch_ / "clay.argil";
+  {
+    RunningStudio studio({"studio", "--size", "1280x720", "--scale", "1"}, scratch_.path());
+    Person person(studio);
+    person.move(1200, 400);
+    person.key("tab");
+    person.key("enter");
+    person.ready();
+    byPalette(person, "add clay");
+    person.pause(2);  // the machine is measured beside it
+    (void)person.shot("quality-new-clay");
+    person.key("escape");
+    person.key("f8");
+    (void)person.shot("quality-balanced");
+    byPalette(person, "draft quality");
+    (void)person.shot("quality-draft");
+    person.key("ctrl+s");
+    person.ready();
+    (void)person.settled();
+    person.type(file.string());
+    person.key("enter");
+    for (int i = 0; i < 600 && !fs::exists(file); ++i) person.pause(0.05);
+    ASSERT_TRUE(fs::exists(file));
+    (void)person.settled();
+    person.close();
+    EXPECT_EQ(studio.wait(60), 0) << studio.said();
+  }
+  std::ifstream settings(scratch_ / "argil" / "studio.json");
+  const Json kept = Json::parse(settings);
+  EXPECT_EQ(kept["quality"]["supersample"], 1);
+  const Outcome tools = argil({"tools", "--quality", "--json"}), inspect = argil({"inspect", "--json", file.string()});
+  ASSERT_EQ(inspect.code, 0) << inspect.err;
+  const Json saved = Json::parse(inspect.out)["quality"];
+  for (const Json& axis : Json::parse(tools.out)) {
+    if (axis["part"] != "strokes") continue;
+    std::string key = axis["id"];
+    std::replace(key.begin(), key.end(), '-', '_');
+    EXPECT_EQ(saved.value(key, axis["begins"].get<double>()), axis["draft"].get<double>()) << key;
   }
 }
 

@@ -102,8 +102,8 @@ RunningStudio::RunningStudio(const std::vector<std::string>& arguments, const fs
   static int studios = 0;
   const std::string rest = (home / ("rest" + std::to_string(++studios))).string();
   turns_ = mapTurns(rest);
-  std::array<std::string, 3> own = {"XDG_CONFIG_HOME=" + home.string(), "ARGIL_STATE=" + (home / "state").string(),
-                                    "ARGIL_REST=" + rest};
+  std::array<std::string, 4> own = {"XDG_CONFIG_HOME=" + home.string(), "XDG_CACHE_HOME=" + home.string(),
+                                    "ARGIL_STATE=" + (home / "state").string(), "ARGIL_REST=" + rest};
   for (char** e = environ; *e; ++e)
     if (std::none_of(own.begin(), own.end(), [&](const std::string& variable) {
           return std::string(*e).starts_with(variable.substr(0, variable.find('=') + 1));

@@ -1,9 +1,11 @@
 // New clay, preferences.
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <numbers>
 
+#include "engine/document/cost.h"
 #include "ui3d/studio/kit/icons.h"
 #include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/panels/memory.h"
@@ -11,6 +13,20 @@
 #include "ui3d/studio/view/panel_table.h"
 
 namespace argil::studio {
+namespace {
+
+// How fast this machine is: known from an earlier day, else measured beside the studio the first time that a cost is
+// shown. Until then as nobody measured it.
+engine::MachineSpeed speedOf(Memory& memory) {
+  if (memory.machine) return *memory.machine;
+  if (!memory.measuring.valid()) memory.measuring = std::async(std::launch::async, engine::machineSpeed);
+  if (memory.measuring.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
+    memory.machine = memory.measuring.get();
+  return memory.machine.value_or(engine::MachineSpeed());
+}
+
+}  // namespace
+
 void drawNewClay(Context& context, Memory& memory) {
   if (!kit::beginDialog("New clay", "Add clay", 380, 0, &memory.newClayOpen)) return;
   NewClay& clay = memory.newClay;
@@ -19,7 +35,7 @@ void drawNewClay(Context& context, Memory& memory) {
   const auto length = [&clay](std::string_view id, std::string_view name, double& value, double low, double standard) {
     kit::number({id, name, "", "mm", low * clay.scale, 1000 * clay.scale, standard * clay.scale, true}, value);
   };
-  double voxels = 0;
+  engine::ClayPlan plan;
   if (clay.shape == 0) {
     length("x", "Width", clay.xMm, 1, 60);
     length("y", "Depth", clay.yMm, 1, 60);
@@ -27,17 +43,26 @@ void drawNewClay(Context& context, Memory& memory) {
     const double most = 0.5 * std::min({clay.xMm, clay.yMm, clay.zMm});
     clay.roundMm = std::min(clay.roundMm, most);
     kit::number({"round", "Rounding of edges", "", "mm", 0, most, std::min(4.0 * clay.scale, most)}, clay.roundMm);
-    voxels = 2 * (clay.xMm * clay.yMm + clay.yMm * clay.zMm + clay.zMm * clay.xMm) / (clay.voxelMm * clay.voxelMm);
+    plan.areaMm2 = 2 * (clay.xMm * clay.yMm + clay.yMm * clay.zMm + clay.zMm * clay.xMm);
+    plan.slant = 1;
   } else {
     length("radius", "Radius", clay.radiusMm, 0.5, 30);
-    voxels = 4 * std::numbers::pi * clay.radiusMm * clay.radiusMm / (clay.voxelMm * clay.voxelMm);
+    plan.areaMm2 = 4 * std::numbers::pi * clay.radiusMm * clay.radiusMm;
   }
   kit::number({"voxel", "Voxel", "Finer shows more and costs more.", "mm", std::max(0.001, 0.01 * clay.scale),
                std::min(1000.0, 10 * clay.scale), 0.5 * clay.scale, true},
               clay.voxelMm);
   kit::toggle(kHalfMemory, clay.halfMemory, kHalfMemoryHelp);
-  // Two triangles a voxel of the surface; a half more on average for how a curved surface crosses them.
-  kit::fact("Triangles, about", kit::counted(uint64_t(std::round(3 * voxels / 1000)) * 1000));
+  plan.voxelMm = clay.voxelMm;
+  plan.precision = clay.halfMemory ? clay::Precision::fixed16 : clay::Precision::float32;
+  plan.tipMm = context.state.tool().radiusMm;
+  const engine::ClayCost cost = engine::costOf(plan, speedOf(memory));
+  const auto thousands = [](double count) { return kit::counted(uint64_t(std::round(count / 1000)) * 1000); };
+  kit::fact("Voxels, about", thousands(cost.activeVoxels));
+  kit::fact("Triangles, about", thousands(cost.triangles));
+  kit::fact("Memory, about", kit::bytes(uint64_t(cost.bytes)));
+  kit::fact("A dab of " + kit::written(plan.tipMm) + " mm", kit::written(cost.dabMs) + " ms");
+  kit::fact("Rims of cuts within", kit::written(cost.edgeMm) + " mm");
   kit::gap(6);
   ImGui::SetCursorPosX(ImGui::GetWindowContentRegionMax().x - 2 * 96 - kGap);
   if (kit::button("Cancel", kit::Weight::plain, 96)) memory.newClayOpen = false;

@@ -23,7 +23,7 @@ void presetRow(Context& context) {
   }
   if (kit::segmented("preset", names, chosen))
     runAction(context, "quality." + std::string(engine::qualityPresets()[size_t(chosen)].id));
-  kit::dimText(chosen < 0 ? "Set by hand" : std::string(engine::qualityPresets()[size_t(chosen)].help));
+  kit::wrapped(chosen < 0 ? "Set by hand." : std::string(engine::qualityPresets()[size_t(chosen)].help), colours().dim);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <deque>
 #include <filesystem>
 #include <functional>
+#include <future>
 #include <map>
 #include <memory>
 #include <optional>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "engine/document/jobs.h"
+#include "engine/document/machine_speed.h"
 #include "engine/models/import_place.h"
 #include "haptics/devices/registry.h"
 #include "render/view/image.h"
@@ -125,6 +127,8 @@ struct Memory {
   FilesFor filesFor = FilesFor::none;
   bool newClayOpen = false;
   NewClay newClay;
+  std::future<engine::MachineSpeed> measuring;
+  std::optional<engine::MachineSpeed> machine;
   Operation operation;
   std::map<std::string_view, engine::PieceArguments> operations;  ///< As they were begun last, by id.
   ExportChoice exporting;
