@@ -183,7 +183,7 @@ void finish(BenchReport& report, const std::vector<TradeoffRow>& rows, const std
   report.heading("presets, and how far this front and the one that is kept are off each other");
   for (const QualityPart part : kParts) {
     const auto now = pointsOf(rows, part), before = pointsOf(kept, part);
-    const TradeoffPresets presets = presetsOf(now);
+    const TradeoffPresets presets = presetsOf(now, part);
     BenchResult result;
     result.name = fmt::format("tradeoff/front/{}", engine::nameOf(part));
     result.unit = "×";
@@ -191,7 +191,7 @@ void finish(BenchReport& report, const std::vector<TradeoffRow>& rows, const std
     result.median = before.empty() ? 1 : std::max(coverage(frontOf(now), before), coverage(frontOf(before), now));
     result.note = fmt::format("draft [{}], balanced [{}], fine [{}]", presets.draft, presets.balanced, presets.fine);
     if (!before.empty()) {
-      const TradeoffPresets then = presetsOf(before);
+      const TradeoffPresets then = presetsOf(before, part);
       result.note += then.draft == presets.draft && then.balanced == presets.balanced && then.fine == presets.fine
                          ? "; as kept"
                          : fmt::format("; kept are [{}], [{}], [{}]", then.draft, then.balanced, then.fine);

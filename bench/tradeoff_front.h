@@ -44,11 +44,12 @@ inline constexpr double kLeastErrorMm = 1e-4, kLeastErrorN = 1e-3;
 
 /// draft: least error among those within 1.25 times the cheapest. fine: cheapest among those within 1.1 times the least
 /// error. balanced: least cost × error. Of those within 5 % of the best the one nearer to what a quality begins as
-/// (fewer axes that differ), then fewer bytes, then by name. The servo's rate is no preset's: it is the device's.
+/// (fewer axes that differ), then fewer bytes, then by name. No preset's are: another servo rate, which is the
+/// device's; stamps so far apart that clay trails the hand. Touch has the fine one in all.
 struct TradeoffPresets {
   std::string draft, balanced, fine;
 };
-[[nodiscard]] TradeoffPresets presetsOf(const std::vector<TradeoffPoint>& points);
+[[nodiscard]] TradeoffPresets presetsOf(const std::vector<TradeoffPoint>& points, engine::QualityPart part);
 
 /// "band=4 passes=2" as a quality, and back: the axes of the part that differ.
 [[nodiscard]] engine::Quality qualityOf(const std::string& axes);

@@ -130,9 +130,13 @@ time in that of a fixed piece of arithmetic that ran right before and after, rep
 
 Presets follow from the points by one rule. *Draft*: the least error among those within 1.25 times the cheapest. *Fine*:
 the cheapest among those within 1.1 times the least error. *Balanced*: the least product of cost and error, where 1 % of
-time stops buying 1 % of accuracy. Of those within 5 % of the best the one with the fewest axes changed. The servo's rate
-is no preset's: it is the device's, and stiffness goes with it. Files are written with the fine surface by all presets:
-that is paid once.
+time stops buying 1 % of accuracy. Of those within 5 % of the best the one with the fewest axes changed. No preset has
+
+- stamps more than 0.2 radii or a voxel apart: the clay that is seen and felt trails the hand by so much, which at 5 mm
+  and 50 mm/s is 20 ms;
+- another rate of the servo: that is the device's, and stiffness goes with it;
+- anything but the fine touch: a tick takes a hundredth of its time, there is nothing to buy for less;
+- anything but the fine surface in files: that is paid once.
 
 ![Fronts](tradeoff.svg)
 
@@ -142,7 +146,7 @@ that is paid once.
   std::vector<TradeoffPresets> presets;
   for (const Part& part : kParts) {
     const auto points = pointsOf(rows, part.part);
-    presets.push_back(presetsOf(points));
+    presets.push_back(presetsOf(points, part.part));
     chart.panels.push_back(panelOf(part, points, presets.back()));
   }
   const auto row = [&](const char* name, std::string TradeoffPresets::*which) {

@@ -157,9 +157,13 @@ const QualityAxis* findQualityAxis(string_view id) {
 
 std::span<const QualityPreset> qualityPresets() {
   static const std::array<QualityPreset, 3> presets{
-      QualityPreset{"draft", "Draft", "For a first shape, large brushes and slow machines.", with({})},
-      QualityPreset{"balanced", "Balanced", "Where a per cent of time stops buying a per cent of accuracy.", with({})},
-      QualityPreset{"fine", "Fine", "For the last hour before the printer.", with({})},
+      QualityPreset{"draft", "Draft", "For a first shape, large brushes and slow machines.",
+                    with({{"voxels-across", 96}, {"spacing", 0.2}, {"surface", 0}})},
+      QualityPreset{"balanced", "Balanced", "Where a per cent of time stops buying a per cent of accuracy.",
+                    with({{"spacing", 0.2}, {"tolerance", 0.01}})},
+      QualityPreset{
+          "fine", "Fine", "For the last hour before the printer.",
+          with({{"voxels-across", 512}, {"spacing", 0.05}, {"tolerance", 0.01}, {"drift", 2}, {"surface", 2}})},
   };
   return presets;
 }

@@ -201,7 +201,7 @@ void Workbench::setUndoBudget(uint64_t bytes) {
 }
 
 void Workbench::newDocument() {
-  state_->post([s = state_.get()] { s->begin(Document(), true); });
+  state_->post([s = state_.get()] { s->begin(State::fresh(), true); });
 }
 
 void Workbench::addBlock(const Vec3d& sizeMm, double roundMm, const NewClay& how) {
@@ -254,7 +254,7 @@ void Workbench::import(const std::filesystem::path& file, const ImportOptions& h
     const auto endPreview = std::make_shared<EndPreview>(s);
     auto imported = std::make_shared<ImportedModel>(importModel(file, given, &job));
     return [=, kept = endPreview, ready = s->prepare(imported->pieces)] {
-      Document document;
+      Document document = State::fresh();
       Id made = 0;
       const auto add = [&](Document& to) {
         const Vec3d move =

@@ -162,7 +162,7 @@ void Workbench::State::tellPace() {
 
 void Workbench::State::turn() {
   // Where there was no memory or no thread for them a moment ago.
-  if (!session) begin(Document(), true);
+  if (!session) begin(fresh(), true);
   if (!loop) makeLoop();
   if (!handOpened) openFirstHand();
   // Samples of a ring that nobody empties would be lost.
@@ -225,6 +225,12 @@ void Workbench::State::runCommands() {
       ran.push_back(std::move(next));
     }
   }
+}
+
+Document Workbench::State::fresh() {
+  Document document;
+  document.quality = findQualityPreset("balanced")->quality.strokes;
+  return document;
 }
 
 void Workbench::State::makeLoop() {
@@ -435,7 +441,7 @@ void Workbench::State::run() {
   (void)pthread_setname_np(pthread_self(), "argil-session");
   std::string turnTrouble, publishTrouble;
   const auto show = [&] { guardedOnce(publishTrouble, [this] { publish(); }); };
-  guardedOnce(turnTrouble, [this] { begin(Document(), true); });
+  guardedOnce(turnTrouble, [this] { begin(fresh(), true); });
   if (session && loop) openFirstHand();
   show();
   auto next = std::chrono::steady_clock::now();

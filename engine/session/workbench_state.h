@@ -200,6 +200,8 @@ struct Workbench::State {
   // By the sheet's name: two devices of one kind count as one, which errs to the cool side.
   std::map<std::string, MotorHeat> heats;
   haptics::Workspace workspace;
+  /// A document without anything, of the balanced quality.
+  [[nodiscard]] static Document fresh();
   haptics::Quality touchQuality;
   haptics::Histogram latency;
   uint64_t sequence = 0, forceEvery = 0;

@@ -254,10 +254,11 @@ TEST(Quality, TheWorkbenchWorksAndSavesWithIt) {
   const auto carved = [&](const StrokeQuality& quality) -> uint64_t {
     Workbench bench(withoutJournal());
     bench.addBlock({60, 30, 20}, 2, {.voxelMm = 0.5});
-    if (!(quality == StrokeQuality())) bench.setQuality(quality);
-    EXPECT_TRUE(until([&] {
-      return bench.snapshot()->document->pieces.size() == 1 && bench.snapshot()->document->quality == quality;
-    }));
+    // A new document is balanced.
+    EXPECT_TRUE(until([&] { return bench.snapshot()->document->pieces.size() == 1; }));
+    EXPECT_EQ(bench.snapshot()->document->quality, findQualityPreset("balanced")->quality.strokes);
+    bench.setQuality(quality);
+    EXPECT_TRUE(until([&] { return bench.snapshot()->document->quality == quality; }));
     bench.strokeAlong({{-10, 0, 10}, {0, 8, 10}, {1, -8, 10}, {10, 0, 10}});
     EXPECT_TRUE(until([&] { return bench.snapshot()->done == 2; })) << problemsOf(bench);
     bench.saveAs(file, {});
