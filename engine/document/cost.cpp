@@ -42,9 +42,10 @@ ClayCost costOf(const ClayPlan& plan, const MachineSpeed& machine) {
 }
 
 std::string sentence(const ClayPlan& plan, const ClayCost& cost) {
-  return fmt::format("{:.3g} mm: {} voxels, {}B, a dab of {:.2g} mm {:.2g} ms, rims of cuts within {:.2g} mm, {} triangles",
-                     plan.voxelMm, counted(cost.activeVoxels), counted(cost.bytes), plan.tipMm, cost.dabMs, cost.edgeMm,
-                     counted(cost.triangles));
+  return fmt::format(
+      "{:.3g} mm: {} voxels, {}B, a dab of {:.2g} mm {:.2g} ms, rims of cuts within {:.2g} mm, {} triangles",
+      plan.voxelMm, counted(cost.activeVoxels), counted(cost.bytes), plan.tipMm, cost.dabMs, cost.edgeMm,
+      counted(cost.triangles));
 }
 
 }  // namespace argil::engine

@@ -111,8 +111,8 @@ using ClaySetup = std::variant<std::monostate, BlockSetup, SphereSetup, ImportSe
 struct Script {
   std::optional<double> voxelMm;
   clay::Precision precision = clay::Precision::float32;  ///< `{"bits": 16}`: half the memory.
-  std::optional<double> fitMm;  ///< An imported mesh is centred at zero and scaled until its longest side is this.
-  Up up = Up::z;                ///< An imported mesh is turned so that this axis of it points along z.
+  std::optional<double> fitMm;     ///< An imported mesh is centred at zero and scaled until its longest side is this.
+  Up up = Up::z;                   ///< An imported mesh is turned so that this axis of it points along z.
   std::optional<Quality> quality;  ///< Of the clay and of strokes that have none of their own.
   ClaySetup clay;
   haptics::Material material;          ///< How the clay feels to a hand.

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "bench/tradeoff_front.h"
+#include "bench/tradeoff/front.h"
 
 namespace argil::bench {
 

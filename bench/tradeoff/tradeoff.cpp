@@ -6,14 +6,15 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <set>
 #include <utility>
 
 #include "bench/bench.h"
-#include "bench/tradeoff_front.h"
-#include "bench/tradeoff_page.h"
-#include "bench/tradeoff_work.h"
+#include "bench/tradeoff/front.h"
+#include "bench/tradeoff/page.h"
+#include "bench/tradeoff/work.h"
 #include "clay/base/error.h"
 #include "engine/document/random.h"
 #include "io/bytes/atomic_file.h"
@@ -151,24 +152,32 @@ Cost costOf(const std::vector<double>& ratios) {
           static_cast<int>(ratios.size())};
 }
 
-// The yardstick before and after each run: what slows the machine slows both.
-Cost measured(TradeoffWork& work, const Quality& quality) {
-  constexpr size_t kLeast = 3, kMost = 7;
-  constexpr double kWithin = 0.03;
+// A partner before and after each run: what slows the machine slows both. What all begin as has the yardstick for a
+// partner, and is the partner of everything else, as it asks the same of caches and memory.
+Cost measured(TradeoffWork& work, const Quality& quality, const Cost* standard) {
+  constexpr size_t kLeast = 3, kMost = 9;
+  constexpr double kWithin = 0.02;
+  const auto partner = [&] {
+    if (!standard) return yardstick();
+    const CoreStopwatch watch;
+    work.run({});
+    return watch.us() / standard->median;
+  };
   std::vector<double> ratios;
   Cost cost;
   work.run(quality);  // what is made once, and caches
-  double before = yardstick();
+  double before = partner();
   while (ratios.size() < kMost) {
     const CoreStopwatch watch;
     work.run(quality);
-    const double us = watch.us(), after = yardstick();
+    const double us = watch.us(), after = partner();
     ratios.push_back(2 * us / (before + after));
     before = after;
     if (ratios.size() < kLeast) continue;
     cost = costOf(ratios);
     if (cost.high - cost.low <= 2 * kWithin * cost.median) break;
   }
+  work.run(quality);  // whose error is looked at
   return cost;
 }
 
@@ -220,11 +229,13 @@ void benchTradeoff(BenchReport& report, const BenchOptions& options) {
   for (const QualityPart part : kParts) {
     report.heading(std::string(engine::nameOf(part)));
     const size_t p = static_cast<size_t>(part);
+    std::map<const TradeoffWork*, Cost> standard;
     for (const std::string& axes : points[p]) {
       const Quality quality = qualityOf(axes);
       for (const auto& work : works[p]) {
         if (options.job) options.job->step(static_cast<double>(done++) / static_cast<double>(all));
-        const Cost cost = measured(*work, quality);
+        const Cost cost = measured(*work, quality, axes.empty() ? nullptr : &standard.at(work.get()));
+        if (axes.empty()) standard[work.get()] = cost;
         const TradeoffError error = work->error();
         rows.push_back(
             {part, axes, work->name, error.rms, error.most, work->unit, cost.median, cost.low, cost.high, error.bytes});

@@ -1,4 +1,4 @@
-#include "bench/tradeoff_front.h"
+#include "bench/tradeoff/front.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "bench/tradeoff_page.h"
+#include "bench/tradeoff/page.h"
 
 #include <fmt/format.h>
 
@@ -49,6 +49,7 @@ ChartSeries series(const char* name, int colour, ChartSeries::Mark mark) {
   one.name = name;
   one.colour = colour;
   one.mark = mark;
+  one.line = ChartSeries::Line::none;
   return one;
 }
 
@@ -125,8 +126,9 @@ void writeTradeoff(const std::vector<TradeoffRow>& rows, const std::filesystem::
   std::string page = R"(# Speed against accuracy
 
 Made by `argil bench tradeoff --folder docs`: every axis of a quality by itself, and many at once. Costs are processor
-time in that of a fixed piece of arithmetic that ran right before and after, repeated until the median is known within
-3 % or seven times. [tradeoff.csv](tradeoff.csv) has every row; `--from docs/tradeoff.csv` makes this page again.
+time in that of the same work as it begins, which ran right before and after, repeated until the median is known within
+2 % or nine times; of that work itself in yardsticks, a fixed piece of arithmetic of about 10 ms.
+[tradeoff.csv](tradeoff.csv) has every row; `--from docs/tradeoff.csv` makes this page again.
 
 Presets follow from the points by one rule. *Draft*: the least error among those within 1.25 times the cheapest. *Fine*:
 the cheapest among those within 1.1 times the least error. *Balanced*: the least product of cost and error, where 1 % of

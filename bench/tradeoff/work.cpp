@@ -1,4 +1,4 @@
-#include "bench/tradeoff_work.h"
+#include "bench/tradeoff/work.h"
 
 #include <fmt/format.h>
 
