@@ -109,9 +109,10 @@ int run(int argc, char** argv) {
   sculptVerb->add_option("--voxel", sculpt.voxelMm, "Voxel size in mm");
   sculptVerb->add_option("--bits", sculpt.bits, "Of a voxel's distance: 32, or 16 in half the memory")
       ->check(CLI::IsMember({16, 32}));
-  sculptVerb->add_option("--quality", sculpt.quality,
-                         "Speed against accuracy: draft, balanced or fine, and axes behind it, such as "
-                         "fine,spacing=0.05; argil tools --quality lists them");
+  sculptVerb->add_option(
+      "--quality", sculpt.quality,
+      "Speed against accuracy: draft, balanced, fine or machine (what this one can do), and axes behind it, such as "
+      "fine,spacing=0.05; argil tools --quality lists them");
   sculptVerb->add_option("--device", sculpt.device, "Simulated device (argil devices lists them)")
       ->capture_default_str();
   surfaceOption(sculptVerb, sculpt.surface, "fine in files, crisp in pictures");

@@ -1,10 +1,14 @@
 #pragma once
 // What clay will cost before it is made.
 
+#include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include "clay/kernels/brick.h"
 #include "engine/document/machine_speed.h"
+#include "engine/document/quality.h"
 
 namespace argil::engine {
 
@@ -27,6 +31,15 @@ struct ClayPlan {
   double tipMm = 5;
 };
 [[nodiscard]] ClayCost costOf(const ClayPlan& plan, const MachineSpeed& machine);
+
+/// What this machine can do: balanced, with as many voxels across as keep a dab of a sixteenth of the side within
+/// kMostDabMs and clay of a ball with its surface within a sixteenth of `memoryBytes`, as undo, files and pictures want
+/// theirs.
+[[nodiscard]] Quality machineQuality(const MachineSpeed& machine, std::optional<uint64_t> memoryBytes);
+inline constexpr double kMostDabMs = 8;
+
+/// As readQuality(text), which takes a preset's name: and "machine" too, of this one (measured, see machineSpeed()).
+[[nodiscard]] Quality readQualityHere(std::string_view text);
 
 /// "0.25 mm: 8.1 M voxels, 290 MB, a dab of 5 mm 1.2 ms, rims of cuts within 0.044 mm, 4.1 M triangles".
 [[nodiscard]] std::string sentence(const ClayPlan& plan, const ClayCost& cost);

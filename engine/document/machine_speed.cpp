@@ -87,7 +87,8 @@ std::optional<MachineSpeed> readMachine(const std::filesystem::path& file) {
   std::ifstream in(file);
   if (!in) return std::nullopt;
   const json kept = json::parse(in, nullptr, false);
-  if (!kept.is_object() || kept.value("format", 0) != kFormat || kept.value("processor", "") != processor())
+  if (!kept.is_object() || !kept.contains("format") || kept["format"] != kFormat || !kept.contains("processor") ||
+      kept["processor"] != processor())
     return std::nullopt;
   const json* dab = kept.contains("dab_us") ? &kept["dab_us"] : nullptr;
   MachineSpeed speed;

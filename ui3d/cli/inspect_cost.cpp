@@ -11,6 +11,7 @@
 #include <set>
 #include <string>
 
+#include "clay/base/memory_guard.h"
 #include "clay/store/store.h"
 #include "engine/document/cost.h"
 #include "engine/document/quality.h"
@@ -65,6 +66,8 @@ ordered_json planCosts(const clay::TriangleMesh& mesh, const std::optional<doubl
   if (say) fmt::print("as clay it would be, about\n");
   for (const engine::QualityPreset& preset : engine::qualityPresets())
     add(std::string(preset.id), side / preset.quality.clay.voxelsAcross, preset.quality.clay);
+  const engine::ClayQuality here = engine::machineQuality(machine, memoryRoom().total).clay;
+  add("machine", side / here.voxelsAcross, here);
   if (voxelMm) add("--voxel", *voxelMm, {});
   return rows;
 }

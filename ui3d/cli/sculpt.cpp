@@ -11,6 +11,7 @@
 #include "clay/store/store.h"
 #include "clay/surface/surface_topology.h"
 #include "clay/surface/vertex_channels.h"
+#include "engine/document/cost.h"
 #include "engine/models/load_document.h"
 #include "engine/models/prepare_clay.h"
 #include "engine/models/script_file.h"
@@ -258,7 +259,7 @@ void sculpt(const SculptOptions& options) {
     if (!engine::holdsClay(file.filename())) io::requireWritable(file);
   }
   std::optional<engine::Quality> quality;
-  if (!options.quality.empty()) quality = engine::readQuality(options.quality);
+  if (!options.quality.empty()) quality = engine::readQualityHere(options.quality);
   engine::Script script = engine::readScript(options.script);
   if (quality) script.use(*quality);
   engine::PrepareOptions prepare;

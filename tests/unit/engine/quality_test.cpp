@@ -3,11 +3,14 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <fstream>
 #include <set>
 
 #include "clay/base/error.h"
 #include "clay/field/primitives.h"
 #include "clay/store/store.h"
+#include "clay/surface/surface.h"
+#include "engine/document/cost.h"
 #include "engine/models/prepare_clay.h"
 #include "engine/saving/session.h"
 #include "engine/text/document_text.h"
@@ -243,6 +246,90 @@ TEST(Quality, IsASettingOfTheHand) {
   EXPECT_EQ(session.document()->quality, coarse);
   coarse.spacing = NAN;
   EXPECT_THROW(session.setQuality(coarse), Error);
+}
+
+// A finer voxel costs more of everything, and so does a wider band.
+TEST(Costs, FollowVoxelBandAndPrecision) {
+  const MachineSpeed machine;
+  const ClayPlan plan{.areaMm2 = 1000, .voxelMm = 0.5};
+  const ClayCost cost = costOf(plan, machine);
+  EXPECT_EQ(cost.activeVoxels, 2 * 3 * 1000 / 0.25);
+  ClayPlan finer = plan, wider = plan, half = plan;
+  finer.voxelMm = 0.25;
+  wider.band = 6;
+  half.precision = clay::Precision::fixed16;
+  EXPECT_NEAR(costOf(finer, machine).bytes / cost.bytes, 4, 1e-9);
+  EXPECT_NEAR(costOf(finer, machine).triangles / cost.triangles, 4, 1e-9);
+  EXPECT_GT(costOf(finer, machine).dabMs, cost.dabMs);
+  EXPECT_LT(costOf(finer, machine).edgeMm, cost.edgeMm);
+  EXPECT_GT(costOf(wider, machine).bytes, cost.bytes);
+  EXPECT_LT(costOf(half, machine).bytes, 0.85 * cost.bytes);
+  EXPECT_THAT(sentence(plan, cost), HasSubstr("0.5 mm: 24 k voxels"));
+}
+
+// What is said before is what it is.
+TEST(Costs, AreWhatClayIs) {
+  for (const double band : {2.0, 3.0, 5.0})
+    for (const bool block : {false, true})
+      for (const auto precision : {clay::Precision::float32, clay::Precision::fixed16}) {
+        clay::Grid grid;
+        grid.voxelMm = 0.2;
+        grid.band = static_cast<float>(band);
+        const auto store = clay::Store::make(precision);
+        const clay::Version clay = block ? clay::makeBlock(store, grid, Vec3d(0.03, 0.05, 0), Vec3d(30, 22, 26), 0.5)
+                                         : clay::makeSphere(store, grid, Vec3d(0.03, 0.05, 0), 14);
+        clay::Surface surface(true, clay::Grade::crisp);
+        surface.update(clay);
+        ClayPlan plan;
+        plan.areaMm2 = block ? 2 * (30 * 22 + 22 * 26 + 26 * 30) : 4 * M_PI * 14 * 14;
+        plan.voxelMm = grid.voxelMm;
+        plan.band = band;
+        plan.slant = block ? 1 : 1.5;
+        plan.precision = precision;
+        const ClayCost cost = costOf(plan, {});
+        EXPECT_NEAR(cost.activeVoxels / double(clay.activeVoxels()), 1, 0.15) << band << block;
+        EXPECT_NEAR(cost.triangles / (2 * double(surface.quadCount())), 1, 0.15) << band << block;
+        EXPECT_NEAR(cost.bytes / double(clay.stats().bytes() + surface.bytes()), 1, 0.25) << band << block;
+      }
+}
+
+TEST(Costs, AMachineGetsWhatItCanDo) {
+  MachineSpeed slow, fast;
+  slow.dabUs = {400, 20, 8};
+  fast.dabUs = {20, 1, 0.2};
+  const auto across = [](const MachineSpeed& speed, std::optional<uint64_t> memory) {
+    return machineQuality(speed, memory).clay.voxelsAcross;
+  };
+  EXPECT_LT(across(slow, std::nullopt), across(fast, std::nullopt));
+  EXPECT_LT(across(fast, uint64_t{1} << 30), across(fast, uint64_t{64} << 30));
+  EXPECT_EQ(across(slow, 0), 50);
+  EXPECT_LE(slow.dabMs(across(slow, std::nullopt) / 16, 3, 1.5), kMostDabMs);
+  EXPECT_EQ(machineQuality(fast, {}).strokes, findQualityPreset("balanced")->quality.strokes);
+}
+
+// The file of another machine, of another day, or of nobody.
+TEST(Costs, AMachineIsMeasuredOnce) {
+  const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / "argil_machine";
+  std::filesystem::remove_all(folder);
+  const std::filesystem::path file = folder / "cache" / "machine.json";
+  EXPECT_FALSE(readMachine(file));
+  MachineSpeed speed;
+  speed.dabUs = {100, 3, 0.5};
+  keepMachine(file, speed);
+  ASSERT_TRUE(readMachine(file));
+  EXPECT_EQ(readMachine(file)->dabUs, speed.dabUs);
+  for (const char* text : {"", "{", "[]", "{\"format\": 1}", "{\"format\": \"x\"}", "{\"dab_us\": 3}"}) {
+    std::ofstream(file) << text;
+    EXPECT_FALSE(readMachine(file)) << text;
+  }
+  speed.dabUs = {-100, 0, 0};
+  keepMachine(file, speed);
+  EXPECT_FALSE(readMachine(file));
+  keepMachine("/proc/argil/machine.json", speed);  // cannot be written: no matter
+  const MachineSpeed now = measureMachine();
+  EXPECT_GT(now.dabMs(5, 3, 1.5), 0);
+  EXPECT_GT(now.dabMs(50, 3, 1.5), now.dabMs(5, 3, 1.5));
+  std::filesystem::remove_all(folder);
 }
 
 // What a person chose holds for strokes from then on, and comes back with the file.
