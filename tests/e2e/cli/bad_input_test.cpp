@@ -104,6 +104,11 @@ TEST(BadInput, CallsThatCannotBeMeantAreRefused) {
       {"devices", "--sheet", "recorded:"},
       {"devices", "--test", "recorded:" + (scratch / "missing.csv").string()},
       {"sculpt", (scratch / "missing.json").string()},
+      {"sculpt", (scratch / "missing.json").string(), "--quality", "best"},
+      {"sculpt", (scratch / "missing.json").string(), "--quality", "fine,spacing=0"},
+      {"sculpt", (scratch / "missing.json").string(), "--quality", "machines"},
+      {"bench", "tradeoff", "--from", (scratch / "missing.csv").string()},
+      {"inspect", (scratch / "missing.obj").string(), "--cost"},
   };
   for (const auto& call : calls) {
     std::string what;

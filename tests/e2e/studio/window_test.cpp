@@ -71,6 +71,19 @@ class StudioWindow : public ::testing::Test {
     EXPECT_LE(away, most) << what;
     if (away > most) failed(before, now, what);
   }
+  // What was never saved, to this file.
+  static void saveAndClose(RunningStudio& studio, Person& person, const fs::path& file) {
+    person.key("ctrl+s");
+    person.ready();
+    (void)person.settled();
+    person.type(file.string());
+    person.key("enter");
+    for (int i = 0; i < 600 && !fs::exists(file); ++i) person.pause(0.05);
+    ASSERT_TRUE(fs::exists(file));
+    (void)person.settled();
+    person.close();
+    EXPECT_EQ(studio.wait(60), 0) << studio.said();
+  }
   static void byPalette(Person& person, const std::string& words) {
     const render::Image before = person.settled();
     person.key("ctrl+p");
@@ -289,16 +302,7 @@ TEST_F(StudioWindow, TheStartPageIsReachedByKeysAndGoesWhenWorkBegins) {
     person.key("enter");
     (void)other(person, page, 0.1, "a block, and the page is gone");
     (void)person.shot("start-block");
-    person.key("ctrl+s");
-    person.ready();
-    (void)person.settled();
-    person.type(file.string());
-    person.key("enter");
-    for (int i = 0; i < 600 && !fs::exists(file); ++i) person.pause(0.05);
-    ASSERT_TRUE(fs::exists(file));
-    (void)person.settled();
-    person.close();
-    EXPECT_EQ(studio.wait(60), 0) << studio.said();
+    saveAndClose(studio, person, file);
   }
   {
     RunningStudio studio(arguments, scratch_.path());
@@ -344,16 +348,7 @@ TEST_F(StudioWindow, AQualityIsChosenKeptAndSaved) {
     (void)person.shot("quality-balanced");
     byPalette(person, "draft quality");
     (void)person.shot("quality-draft");
-    person.key("ctrl+s");
-    person.ready();
-    (void)person.settled();
-    person.type(file.string());
-    person.key("enter");
-    for (int i = 0; i < 600 && !fs::exists(file); ++i) person.pause(0.05);
-    ASSERT_TRUE(fs::exists(file));
-    (void)person.settled();
-    person.close();
-    EXPECT_EQ(studio.wait(60), 0) << studio.said();
+    saveAndClose(studio, person, file);
   }
   std::ifstream settings(scratch_ / "argil" / "studio.json");
   const Json kept = Json::parse(settings);
