@@ -141,6 +141,26 @@ TEST_F(NoMemory, ASurfaceIsThereTheNextTime) {
   EXPECT_EQ(surface.hash(), fresh.hash());
 }
 
+// Whoever gives up gives back, and needs nothing for it: neither for bricks that were made nor for those in stock.
+TEST_F(NoMemory, AnEditorGoesWithoutMemory) {
+  for (const int count : {1, 40, 700, 5000}) {
+    const Version clay = ball(8);
+    std::optional<clay::Editor> editor(clay);
+    std::array<float, clay::kBrickVoxels> values{};
+    for (int v = 0; v < clay::kBrickVoxels; ++v) values[size_t(v)] = 0.01f * float(v % 90);
+    for (int i = 0; i < count; ++i) editor->setVoxels({100 + i % 20, 100 + i / 20 % 20, 100 + i / 400}, values);
+    {
+      const tests::FailingMemory none(1, true);
+      editor.reset();
+    }
+    while (clay.store()->collect()) {
+    }
+    clay::Editor again(clay);
+    again.setVoxels({100, 100, 100}, values);
+    EXPECT_TRUE(again.commit());
+  }
+}
+
 TEST_F(NoMemory, ARoomThatCouldNotGrowIsAskedForAnew) {
   const auto room = [](size_t bytes) { return clay::Scratch::of<std::byte>(bytes, clay::Scratch::Room::bricks); };
   (void)room(1 << 10);
