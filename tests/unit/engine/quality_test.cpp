@@ -13,6 +13,7 @@
 #include "engine/document/cost.h"
 #include "engine/models/prepare_clay.h"
 #include "engine/saving/session.h"
+#include "engine/session/run.h"
 #include "engine/text/document_text.h"
 #include "engine/text/script.h"
 #include "engine/tools/tool_table.h"
@@ -246,6 +247,52 @@ TEST(Quality, IsASettingOfTheHand) {
   EXPECT_EQ(session.document()->quality, coarse);
   coarse.spacing = NAN;
   EXPECT_THROW(session.setQuality(coarse), Error);
+}
+
+// What a script says of touch is what its hand feels with.
+TEST(Quality, OfTouchReachesTheHand) {
+  struct Felt {
+    uint64_t ticks, hash;
+  };
+  const auto felt = [](const char* quality) {
+    Script script = parseScript(R"({"argil": 1, "units": "mm",
+      "setup": [{"voxel_mm": 0.5}, {"sphere": {"radius_mm": 12}}, {"quality": )" +
+                                    std::string(quality) + R"(}],
+      "strokes": [{"tool": "smooth", "radius_mm": 2, "drive": "hand",
+                   "path": [[0, -6, 0, 14], [0.1, 0, 1, 11], [0.3, 6, 0, 13]]}]})",
+                                "hand.json");
+    Session session(prepareClay(clay::Store::make(script.bits()), script).document);
+    clay::Surface surface(false);
+    const RunReport report = runScript(session, surface, script);
+    return Felt{report.servo.value().ticks, session.version().hash()};
+  };
+  const Felt usual = felt("{}"), fast = felt(R"({"servo_hz": 2000})"),
+             rough = felt(R"({"contact_steps": 1, "contact_searches": 4, "smooth_normals": false})");
+  EXPECT_NEAR(double(fast.ticks) / double(usual.ticks), 2, 0.1);
+  EXPECT_EQ(rough.ticks, usual.ticks);
+  EXPECT_NE(rough.hash, usual.hash);
+}
+
+// A recording begins on clay of its band.
+TEST(Quality, ARecordingKnowsTheBand) {
+  for (const float band : {3.0f, 5.0f}) {
+    clay::Grid grid;
+    grid.voxelMm = 0.5;
+    grid.band = band;
+    Session session(clay::makeSphere(clay::Store::make(), grid, Vec3d::Zero(), 8));
+    session.record();
+    session.beginStroke(toolOf("carve"));
+    session.addPoint(0, Vec3d(8, 0, 0));
+    (void)session.endStroke();
+    Script script = session.recording();
+    EXPECT_EQ(script.quality.value_or(Quality()).clay.band, double(band));
+    script = parseScript(formatScript(script), "recorded.json");
+    script.clay = SphereSetup{.radiusMm = 8, .centreMm = Vec3d::Zero()};
+    Session again(prepareClay(clay::Store::make(script.bits()), script).document);
+    clay::Surface surface(false);
+    (void)runScript(again, surface, script);
+    EXPECT_EQ(again.version().hash(), session.version().hash()) << band;
+  }
 }
 
 // A finer voxel costs more of everything, and so does a wider band.
