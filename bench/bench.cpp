@@ -47,6 +47,7 @@ constexpr std::array kBenchmarks = {
     Benchmark{.name = "buzz", .run = benchBuzz, .draws = true},
     Benchmark{.name = "extremes", .run = benchExtremes, .byDefault = false},
     Benchmark{.name = "costs", .run = benchCosts},
+    Benchmark{.name = "pairs", .run = benchPairs, .byDefault = false},
     Benchmark{.name = "tradeoff", .run = benchTradeoff, .byDefault = false},
     Benchmark{.name = "stability", .run = benchStability, .byDefault = false, .draws = true},
 };

@@ -86,7 +86,7 @@ struct BenchOptions {
   std::filesystem::path figure;                 ///< SVG, of the one benchmark that draws: buzz or stability.
   double largest = 48;                          ///< Million active voxels of the largest model.
   double seconds = 60;                          ///< Of the paced servo.
-  std::filesystem::path from;                   ///< tradeoff: a table that was measured before.
+  std::filesystem::path from;                   ///< tradeoff, pairs: what was measured before.
   std::filesystem::path folder;                 ///< Where files are written; empty: the folder of temporary files.
   double longestS = 60;                         ///< day: of the hand, in one stroke; 1 to 600.
   int threads = 0;                              ///< day: of strokes; 0: as many as a session takes.
@@ -118,6 +118,7 @@ void benchDay(BenchReport& report, const BenchOptions& options);  ///< All four 
 void benchBuzz(BenchReport& report, const BenchOptions& options);
 void benchStability(BenchReport& report, const BenchOptions& options);
 void benchExtremes(BenchReport& report, const BenchOptions& options);
+void benchPairs(BenchReport& report, const BenchOptions& options);
 void benchCosts(BenchReport& report, const BenchOptions& options);
 void benchTradeoff(BenchReport& report, const BenchOptions& options);
 

@@ -25,7 +25,9 @@ int run(int argc, char** argv) {
   app.add_option("--figure", options.figure, "Figure as SVG (buzz or stability)");
   app.add_option("--largest", options.largest, "Million active voxels of the largest model")->capture_default_str();
   app.add_option("--seconds", options.seconds, "Of the paced servo")->capture_default_str();
-  app.add_option("--from", options.from, "tradeoff: a table measured before, in place of measuring")
+  app.add_option(
+         "--from", options.from,
+         "tradeoff: a table measured before, in place of measuring; pairs: kept ratios, none to be exceeded by a fifth")
       ->check(CLI::ExistingFile);
   app.add_option("--folder", options.folder, "Where files are written; that of temporary files when left out");
   app.add_option("--stroke", options.longestS, "day: seconds of the hand in one stroke")->capture_default_str();

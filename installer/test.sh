@@ -63,6 +63,12 @@ fi
 if $long; then
   export ARGIL_LONG=1
   runTests release
+  say "memory and threads beside what is kept of this processor"
+  if "$root/build/release/bin/argil" bench pairs --from "$root/docs/figures/pairs.csv"; then
+    passed=$((passed + 1))
+  else
+    failed=$((failed + 1))
+  fi
   buildPreset asan
   runTests asan
   # The system's TBB is not instrumented: the test programs run it on one thread, and the command line is left out.
