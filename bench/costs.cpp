@@ -91,7 +91,7 @@ void benchCosts(BenchReport& report, const BenchOptions& options) {
                                             : clay::makeSphere(store, grid, Vec3d::Zero(), kBallMm);
     clay::Surface surface(true, clay::Grade::crisp);
     surface.update(plain);
-    const double bytes = static_cast<double>(plain.stats().bytes() + surface.bytes());
+    const double bytes = static_cast<double>(plain.stats().bytes() + surface.usage().bytes);
     double is[5] = {static_cast<double>(plain.activeVoxels()), bytes, 2.0 * static_cast<double>(surface.quadCount()),
                     dabMs(plain, surface, scene, random), 0};
     const double predicted[5] = {said.activeVoxels, said.bytes, said.triangles, said.dabMs, said.edgeMm};

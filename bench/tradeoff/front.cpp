@@ -18,7 +18,7 @@ using engine::QualityAxis;
 using engine::QualityPart;
 
 constexpr const char* kHead = "part,quality,workload,rms,most,unit,cost,cost low,cost high,bytes";
-constexpr double kDraft = 1.25, kFine = 1.1, kTie = 1.05;
+constexpr double kDraft = 1.25, kFine = 1.1, kTie = 1.25;
 // Radii and voxels from a stamp to the next: beyond, the clay that is seen and felt trails a tool of 5 mm at 50 mm/s by
 // more than 20 ms.
 constexpr double kMostSpacing = 0.2, kMostLeastSpacing = 1;
@@ -141,11 +141,11 @@ TradeoffPresets presetsOf(const std::vector<TradeoffPoint>& all, QualityPart par
     for (const TradeoffPoint& p : points)
       if (allowed(p)) smallest = std::min(smallest, key(p));
     const TradeoffPoint* best = nullptr;
-    const auto before = [](const TradeoffPoint& a, const TradeoffPoint& b) {
-      return std::make_tuple(differing(a.axes), a.bytes, a.axes) < std::make_tuple(differing(b.axes), b.bytes, b.axes);
+    const auto rank = [&](const TradeoffPoint& p) {
+      return std::make_tuple(differing(p.axes), key(p), p.bytes, p.axes);
     };
     for (const TradeoffPoint& p : points)
-      if (allowed(p) && key(p) <= kTie * smallest && (!best || before(p, *best))) best = &p;
+      if (allowed(p) && key(p) <= kTie * smallest && (!best || rank(p) < rank(*best))) best = &p;
     return best->axes;
   };
   double cheapest = INFINITY, exactest = INFINITY;

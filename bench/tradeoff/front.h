@@ -43,9 +43,9 @@ inline constexpr double kLeastErrorMm = 1e-4, kLeastErrorN = 1e-3;
 [[nodiscard]] double coverage(const std::vector<TradeoffPoint>& front, const std::vector<TradeoffPoint>& other);
 
 /// draft: least error among those within 1.25 times the cheapest. fine: cheapest among those within 1.1 times the least
-/// error. balanced: least cost × error. Of those within 5 % of the best the one nearer to what a quality begins as
-/// (fewer axes that differ), then fewer bytes, then by name. No preset's are: another servo rate, which is the
-/// device's; stamps so far apart that clay trails the hand. Touch has the fine one in all.
+/// error. balanced: least cost × error. Of those within a quarter of the best the one nearer to what a quality begins
+/// as (fewer axes that differ), then the better one. No preset's are: another servo rate, which is the device's; stamps
+/// so far apart that clay trails the hand. Touch has the fine one in all.
 struct TradeoffPresets {
   std::string draft, balanced, fine;
 };

@@ -132,7 +132,8 @@ time in that of the same work as it begins, which ran right before and after, re
 
 Presets follow from the points by one rule. *Draft*: the least error among those within 1.25 times the cheapest. *Fine*:
 the cheapest among those within 1.1 times the least error. *Balanced*: the least product of cost and error, where 1 % of
-time stops buying 1 % of accuracy. Of those within 5 % of the best the one with the fewest axes changed. No preset has
+time stops buying 1 % of accuracy. Of those within a quarter of the best the one with the fewest axes changed: more than two
+runs disagree about. No preset has
 
 - stamps more than 0.2 radii or a voxel apart: the clay that is seen and felt trails the hand by so much, which at 5 mm
   and 50 mm/s is 20 ms;

@@ -142,9 +142,9 @@ void* BlockPool::Share::allocate(size_t bytes) {
   return block;
 }
 
-size_t BlockPool::bytes() const {
+BlockPool::Usage BlockPool::usage() const {
   const std::lock_guard lock(mutex_);
-  return slabBytes_;
+  return {slabBytes_, slabBytes_ - slabs_.size() * kSlab};
 }
 
 void BlockPool::release(void* block, size_t bytes) noexcept {

@@ -45,8 +45,11 @@ class BlockPool {
     int64_t taken_ = 0;
   };
 
-  /// Taken from the system, large blocks from the heap apart. Any thread.
-  [[nodiscard]] size_t bytes() const;
+  /// Taken from the system, blocks above 32 KiB apart; so much of it from the heap, the rest in slabs. Any thread.
+  struct Usage {
+    size_t bytes = 0, heapBytes = 0;
+  };
+  [[nodiscard]] Usage usage() const;
   /// Of a block from any share. Any thread.
   void release(void* block, size_t bytes) noexcept;
 

@@ -35,6 +35,12 @@ size_t SlabPool::nextBytes() const {
   return wanted >= kSlabBytes ? kSlabBytes : wanted / objectBytes_ * objectBytes_;
 }
 
+uint64_t SlabPool::heapBytes() const {
+  const std::lock_guard lock(arenaMutex_);
+  const uint64_t slabs = arenas_.empty() ? 0 : (arenas_.size() - 1) * (kArenaBytes / kSlabBytes) + slabsInArena_;
+  return bytes_ - std::min(bytes_, slabs * kSlabBytes);  // a slab may be mapped that is not adopted yet
+}
+
 SlabPool::Chunk SlabPool::map(size_t bytes) {
   std::byte* chunk = nullptr;
   if (bytes < kSlabBytes) {
@@ -292,6 +298,8 @@ Store::Usage Store::usage() const {
   usage.channelBricks = state_->liveChannelBricks;
   usage.slabBytes =
       state_->bricks.bytes() + state_->channelBricks.bytes() + state_->nodes.bytes() + state_->workBricks.bytes();
+  usage.heapBytes = state_->bricks.heapBytes() + state_->channelBricks.heapBytes() + state_->nodes.heapBytes() +
+                    state_->workBricks.heapBytes();
   usage.versions = state_->versions;
   usage.precision = state_->precision;
   return usage;

@@ -35,7 +35,8 @@ class Store : public std::enable_shared_from_this<Store> {
 
   struct Usage {
     uint64_t bricks = 0, nodes = 0, channelBricks = 0;  ///< Live or waiting to be collected.
-    uint64_t slabBytes = 0;                             ///< Taken from the system.
+    uint64_t slabBytes = 0;                             ///< Taken from the system,
+    uint64_t heapBytes = 0;                             ///< so much of it from the heap: small stores.
     uint64_t versions = 0;                              ///< Pinned or waiting.
     Precision precision = Precision::float32;
     [[nodiscard]] uint64_t bytes() const;

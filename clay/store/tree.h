@@ -109,6 +109,7 @@ class SlabPool {
   /// Needs no memory: there is room for every object that the pool has.
   void give(const std::vector<void*>& objects) noexcept { free_.insert(free_.end(), objects.begin(), objects.end()); }
   [[nodiscard]] uint64_t bytes() const { return bytes_; }
+  [[nodiscard]] uint64_t heapBytes() const;
 
   /// In use and nearly empty: the next objects would wait for the system.
   [[nodiscard]] bool low() const { return bytes_ > 0 && free_.size() * objectBytes_ < nextBytes(); }
@@ -126,7 +127,7 @@ class SlabPool {
   size_t objectBytes_;
   std::vector<void*> free_;
   uint64_t bytes_ = 0;
-  std::mutex arenaMutex_;
+  mutable std::mutex arenaMutex_;
   std::vector<std::byte*> arenas_;  // as mapped: kArenaBytes + kSlabBytes for alignment
   std::vector<std::byte*> small_;   // chunks below a slab
   size_t slabsInArena_ = 0;

@@ -351,10 +351,11 @@ uint64_t Surface::quadCount() const {
   return state_->quadCount;
 }
 
-uint64_t Surface::bytes() const {
-  uint64_t sum = state_->pool->bytes();
-  for (const auto& entry : state_->regions) sum += sizeof(SurfaceRegion) + entry.second->held.bytes();
-  return sum;
+Surface::Usage Surface::usage() const {
+  const BlockPool::Usage blocks = state_->pool->usage();
+  uint64_t tables = 0;
+  for (const auto& entry : state_->regions) tables += sizeof(SurfaceRegion) + entry.second->held.bytes();
+  return {blocks.bytes + tables, blocks.heapBytes + tables};
 }
 
 const BrickMesh* Surface::find(Coord brick) const {

@@ -92,8 +92,11 @@ class Surface {
   [[nodiscard]] const Version& version() const;
   [[nodiscard]] uint64_t vertexCount() const;
   [[nodiscard]] uint64_t quadCount() const;
-  /// Memory of its meshes and tables, those that are kept for going back among them.
-  [[nodiscard]] uint64_t bytes() const;
+  /// Memory of its meshes and tables, those that are kept for going back among them; so much of it from the heap.
+  struct Usage {
+    uint64_t bytes = 0, heapBytes = 0;
+  };
+  [[nodiscard]] Usage usage() const;
   /// The mesh that a brick coordinate owns, or null.
   [[nodiscard]] const BrickMesh* find(Coord brick) const;
   /// Every brick mesh that has quads or vertices, in order of the tree.

@@ -160,10 +160,9 @@ std::span<const QualityPreset> qualityPresets() {
       QualityPreset{"draft", "Draft", "For a first shape, large brushes and slow machines.",
                     with({{"voxels-across", 96}, {"spacing", 0.2}, {"surface", 0}})},
       QualityPreset{"balanced", "Balanced", "Where a per cent of time stops buying a per cent of accuracy.",
-                    with({{"spacing", 0.2}, {"tolerance", 0.01}})},
-      QualityPreset{
-          "fine", "Fine", "For the last hour before the printer.",
-          with({{"voxels-across", 512}, {"spacing", 0.05}, {"tolerance", 0.01}, {"drift", 2}, {"surface", 2}})},
+                    with({{"spacing", 0.2}})},
+      QualityPreset{"fine", "Fine", "For the last hour before the printer.",
+                    with({{"voxels-across", 512}, {"spacing", 0.05}, {"tolerance", 0.01}, {"surface", 2}})},
   };
   return presets;
 }

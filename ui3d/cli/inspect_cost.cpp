@@ -76,16 +76,29 @@ ordered_json memoryCosts(const engine::Document& document, const std::vector<cla
   std::set<std::shared_ptr<clay::Store>> stores;
   for (const engine::Piece& piece : document.pieces)
     if (piece.version) stores.insert(piece.version.store());
-  uint64_t clay = 0, live = 0, seen = 0;
+  uint64_t clay = 0, live = 0, seen = 0, parts = 0, small = 0;
   for (const auto& store : stores) {
     clay += store->usage().slabBytes;
     live += store->usage().bytes();
+    small += store->usage().heapBytes;
   }
-  for (const clay::Surface& surface : surfaces) seen += surface.bytes();
-  const auto heap = mallinfo2();
-  const uint64_t resident = status("VmRSS");
-  const std::vector<std::pair<const char*, uint64_t>> items{
-      {"program", status("RssFile") + status("RssShmem")}, {"clay", clay}, {"surfaces", seen}, {"rest", heap.uordblks}};
+  for (const clay::Surface& surface : surfaces) {
+    seen += surface.usage().bytes;
+    small += surface.usage().heapBytes;
+  }
+  // Lists so large are no part of the heap that is counted below.
+  constexpr uint64_t kLarge = 128 << 10;
+  const auto large = [&](uint64_t bytes) { parts += bytes >= kLarge ? bytes : 0; };
+  for (const engine::Part& part : document.parts) {
+    large(part.mesh->positions.size() * sizeof(part.mesh->positions[0]));
+    large(part.mesh->triangles.size() * sizeof(part.mesh->triangles[0]));
+  }
+  const uint64_t heap = mallinfo2().arena, resident = status("VmRSS");
+  const std::vector<std::pair<const char*, uint64_t>> items{{"program", status("RssFile") + status("RssShmem")},
+                                                            {"clay", clay},
+                                                            {"surfaces", seen},
+                                                            {"parts", parts},
+                                                            {"rest", heap - std::min(heap, small)}};
   ordered_json json;
   uint64_t sum = 0;
   if (say) fmt::print("memory\n");

@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <random>
 
@@ -287,6 +288,22 @@ TEST(MemoryOfModels, AGlbInAndOutCostsThreeTimesItsMeshAtMost) {
               readerTimes);
   EXPECT_LE(times, 3);
   EXPECT_LE(readerTimes, 3);
+}
+
+// What is said of memory adds up to what the system counts.
+TEST(Memory, OfADocumentAddsUp) {
+  const Scratch scratch;
+  const fs::path script = scratch / "s.json", document = scratch / "d.argil";
+  std::ofstream(script) << R"({"argil": 1, "units": "mm", "setup": [{"voxel_mm": 0.1}, {"sphere": {"radius_mm": 30}}],
+    "strokes": [{"tool": "carve", "radius_mm": 4, "path": [[0, 30, 0, 0], [1, 0, 30, 0]]},
+                {"tool": "paint", "radius_mm": 6, "path": [[0, 0, 30, 0], [1, 0, 0, 30]]}]})";
+  ASSERT_EQ(argil({"sculpt", script.string(), "-o", document.string()}).code, 0);
+  const Outcome told = argil({"inspect", "--cost", "--json", document.string()});
+  ASSERT_EQ(told.code, 0) << told.err;
+  const auto memory = nlohmann::json::parse(told.out)["memory"];
+  const double resident = memory["resident"], sum = memory["sum"];
+  EXPECT_GT(memory["clay"].get<double>(), 80e6);
+  EXPECT_NEAR(sum / resident, 1, 0.05) << memory.dump();
 }
 
 }  // namespace

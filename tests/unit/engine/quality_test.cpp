@@ -336,7 +336,7 @@ TEST(Costs, AreWhatClayIs) {
         const ClayCost cost = costOf(plan, {});
         EXPECT_NEAR(cost.activeVoxels / double(clay.activeVoxels()), 1, 0.15) << band << block;
         EXPECT_NEAR(cost.triangles / (2 * double(surface.quadCount())), 1, 0.15) << band << block;
-        EXPECT_NEAR(cost.bytes / double(clay.stats().bytes() + surface.bytes()), 1, 0.25) << band << block;
+        EXPECT_NEAR(cost.bytes / double(clay.stats().bytes() + surface.usage().bytes), 1, 0.25) << band << block;
       }
 }
 

@@ -243,7 +243,8 @@ TEST_F(WorkbenchTest, ImportExportAndBadFilesAreTold) {
     ModelExport one;
     one.piece = id;
     Eigen::AlignedBox3d box;
-    for (const Vec3d& p : modelOf(*document(), one).at(0).mesh.positions) box.extend(p);
+    const std::vector<io::ModelObject> model = modelOf(*document(), one);
+    for (const Vec3d& p : model.at(0).mesh.positions) box.extend(p);
     return box;
   };
   // One that was put beside what is there goes back to where its file has it.
@@ -255,7 +256,8 @@ TEST_F(WorkbenchTest, ImportExportAndBadFilesAreTold) {
   what.piece = document()->pieces[2].id;
   const auto middle = [&](const Document& of) {
     Eigen::AlignedBox3d box;
-    for (const Vec3d& p : modelOf(of, what).at(0).mesh.positions) box.extend(p);
+    const std::vector<io::ModelObject> model = modelOf(of, what);
+    for (const Vec3d& p : model.at(0).mesh.positions) box.extend(p);
     return Vec3d(box.center());
   };
   const Vec3d placed = middle(*document());
@@ -473,7 +475,8 @@ TEST_F(WorkbenchTest, ANewDocumentEmptiesThePicture) {
 TEST_F(WorkbenchTest, CopiesAreNumberedOnByOne) {
   const auto names = [&] {
     std::vector<std::string> all;
-    for (const Piece& piece : document()->pieces) all.push_back(piece.name);
+    const DocumentPtr now = document();
+    for (const Piece& piece : now->pieces) all.push_back(piece.name);
     return all;
   };
   for (size_t i = 1; i <= 2; ++i) {

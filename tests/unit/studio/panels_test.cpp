@@ -21,9 +21,10 @@ TEST(Panels, EveryPanelDrawsForAnEmptyAndAFullDocument) {
   for (const bool full : {false, true}) {
     if (full) fill(rig);
     std::vector<engine::Id> ids{0};
-    for (const auto& t : rig.bench.snapshot()->document->pieces) ids.push_back(t.id);
-    for (const auto& t : rig.bench.snapshot()->document->parts) ids.push_back(t.id);
-    for (const auto& t : rig.bench.snapshot()->document->guides) ids.push_back(t.id);
+    const engine::DocumentPtr now = rig.bench.snapshot()->document;
+    for (const auto& t : now->pieces) ids.push_back(t.id);
+    for (const auto& t : now->parts) ids.push_back(t.id);
+    for (const auto& t : now->guides) ids.push_back(t.id);
     for (const engine::Id id : ids) {
       rig.state.selected = id;
       rig.frames(2);
