@@ -176,7 +176,9 @@ class ToolsInHandTest : public HandTest {
   }
   void take(const engine::Tool& tool) {
     bench_.setTool(tool);
-    ASSERT_TRUE(until([&] { return bench_.snapshot()->tool == tool; })) << tool.id << " is not held";
+    engine::Tool held = tool;
+    held.quality = bench_.snapshot()->document->quality;
+    ASSERT_TRUE(until([&] { return bench_.snapshot()->tool == held; })) << tool.id << " is not held";
   }
   void drag(const engine::Tool& tool, float fromX, float toX, float y, double depthPart) {
     take(tool);
