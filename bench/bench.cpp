@@ -12,6 +12,7 @@
 
 #include "bench/day.h"
 #include "clay/base/error.h"
+#include "engine/document/machine_speed.h"
 #include "engine/tools/tool_table.h"
 #include "io/bytes/atomic_file.h"
 
@@ -53,10 +54,8 @@ constexpr std::array kBenchmarks = {
 };
 
 std::string machine() {
-  std::ifstream info("/proc/cpuinfo");
-  for (std::string line; std::getline(info, line);)
-    if (line.rfind("model name", 0) == 0)
-      return fmt::format("{}, {} cores", line.substr(line.find(':') + 2), std::thread::hardware_concurrency());
+  if (const std::string name = engine::processorName(); !name.empty())
+    return fmt::format("{}, {} cores", name, std::thread::hardware_concurrency());
   return fmt::format("{} cores", std::thread::hardware_concurrency());
 }
 

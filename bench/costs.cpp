@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "bench/bench.h"
+#include "bench/costs.h"
 #include "bench/known_shapes.h"
 #include "clay/brush/brush.h"
 #include "clay/field/primitives.h"
@@ -129,6 +130,7 @@ void benchCosts(BenchReport& report, const BenchOptions& options) {
     result.median = off[k][off[k].size() / 2];
     report.add(result);
   }
+  benchPieceCosts(report, options, machine);
 }
 
 }  // namespace argil::bench

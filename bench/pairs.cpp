@@ -24,6 +24,7 @@
 #include "clay/store/store.h"
 #include "clay/store/vdb_bridge.h"
 #include "clay/surface/surface.h"
+#include "engine/document/machine_speed.h"
 
 namespace argil::bench {
 
@@ -71,11 +72,9 @@ std::map<std::string, double> kept(const std::filesystem::path& file, const std:
   return ratios;
 }
 
-std::string processor() {
-  std::ifstream info("/proc/cpuinfo");
-  for (std::string line; std::getline(info, line);)
-    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
-  return "unknown";
+void collectAll(const Version& version) {
+  while (version.store()->collect()) {
+  }
 }
 
 }  // namespace
@@ -104,8 +103,7 @@ void benchPairs(BenchReport& report, const BenchOptions& options) {
            stroke.apply({p, p, 20});
            (void)stroke.publish();
          }
-         while (large.version.store()->collect()) {
-         }
+         collectAll(large.version);
        },
        copy},
       {"stroke-threads", "memcpy of 64 MB",
@@ -117,8 +115,7 @@ void benchPairs(BenchReport& report, const BenchOptions& options) {
            stroke.apply({p, p, 120});
          }
          (void)stroke.finish();
-         while (small.version.store()->collect()) {
-         }
+         collectAll(small.version);
        },
        copy},
       {"surface-threads", "volumeToMesh",
@@ -128,7 +125,7 @@ void benchPairs(BenchReport& report, const BenchOptions& options) {
        },
        threadedPeer},
   };
-  const std::string here = processor();
+  const std::string here = engine::processorName();
   const auto before = options.from.empty() ? std::map<std::string, double>() : kept(options.from, here);
   std::string worse;
   for (const Pair& pair : pairs) {

@@ -159,7 +159,7 @@ TradeoffPresets presetsOf(const std::vector<TradeoffPoint>& all, QualityPart par
   presets.fine =
       least([&](const auto& p) { return p.error <= kFine * exactest; }, [](const auto& p) { return p.cost; });
   presets.balanced = least([](const auto&) { return true; }, [](const auto& p) { return p.cost * p.error; });
-  // A tick takes a hundredth of its time at the dearest of them: there is nothing to buy for less.
+  // A tick takes 2 of its 1000 µs: there is nothing to buy for less.
   if (part == QualityPart::touch) presets.draft = presets.balanced = presets.fine;
   return presets;
 }

@@ -10,8 +10,8 @@
 
 namespace argil::bench {
 
-/// A workload at a quality. Errors are of the deterministic result; costs are processor time in that of a yardstick
-/// that ran right before and after.
+/// A workload at a quality. Errors are of the deterministic result; costs are processor time in that of a partner which
+/// ran right before and after.
 struct TradeoffRow {
   engine::QualityPart part = engine::QualityPart::clay;
   std::string axes;          ///< "band=4 voxels-across=128": those of the part that differ from a quality's beginning.

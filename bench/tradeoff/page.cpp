@@ -127,7 +127,7 @@ void writeTradeoff(const std::vector<TradeoffRow>& rows, const std::filesystem::
 
 Made by `argil bench tradeoff --folder docs`: every axis of a quality by itself, and many at once. Costs are processor
 time in that of the same work as it begins, which ran right before and after, repeated until the median is known within
-2 % or nine times; of that work itself in yardsticks, a fixed piece of arithmetic of about 10 ms.
+2 % or nine times; of that work itself in yardsticks, a fixed piece of arithmetic of some 50 ms.
 [tradeoff.csv](tradeoff.csv) has every row; `--from docs/tradeoff.csv` makes this page again.
 
 Presets follow from the points by one rule. *Draft*: the least error among those within 1.25 times the cheapest. *Fine*:
@@ -138,7 +138,7 @@ runs disagree about. No preset has
 - stamps more than 0.2 radii or a voxel apart: the clay that is seen and felt trails the hand by so much, which at 5 mm
   and 50 mm/s is 20 ms;
 - another rate of the servo: that is the device's, and stiffness goes with it;
-- anything but the fine touch: a tick takes a hundredth of its time, there is nothing to buy for less;
+- anything but the fine touch: a tick takes 2 µs of its 1000 (`argil bench touch`), there is nothing to buy for less;
 - anything but the fine surface in files: that is paid once.
 
 ![Fronts](tradeoff.svg)

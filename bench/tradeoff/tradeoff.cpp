@@ -114,7 +114,7 @@ std::vector<std::string> design(QualityPart part) {
   return points;
 }
 
-// A fixed piece of arithmetic of about ten milliseconds: what costs are counted in.
+// A fixed piece of arithmetic of some fifty milliseconds: what the costs of a part's beginning are counted in.
 double yardstick() {
   const CoreStopwatch watch;
   constexpr size_t kNumbers = size_t{1} << 14;

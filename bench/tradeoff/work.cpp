@@ -222,7 +222,6 @@ class StrokeWork : public TradeoffWork {
     engine::Session session(start_);
     engine::Tool tool = tool_;
     tool.quality = quality;
-    // What adds up does so by the way, not by the count of stamps: fewer of them are stronger.
     session.beginStroke(tool);
     constexpr int kPoints = 60;
     for (int i = 0; i <= kPoints; ++i) {

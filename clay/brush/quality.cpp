@@ -12,7 +12,7 @@ void Quality::check() const {
       throw Error(fmt::format("a quality's {} of {:g} is out of range; choose {:g} to {:g}", name, value, low, high));
   };
   within("tolerance", tolerance, 0.01, 1);
-  if (passes != 0) within("passes", passes, 2, 16);
+  within("passes", passes, 0, 16);
   within("drift", drift, 0.25, 2);
   within("trail", trail, 1, 32);
   within("together", together, 0, 48);

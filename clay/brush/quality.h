@@ -9,9 +9,10 @@ struct Quality {
   /// What a distance may be off from what redistancing finds and stay as it is; a fifth of it where slopes are renewed,
   /// a fiftieth where everything is of second order. 0.01 to 1.
   double tolerance = 0.1;
-  /// Of redistancing: 2 to 16; 0: as many as the whole band needs. Fewer leave the far part of the band as it was.
+  /// Of redistancing: 1 to 16; 0: as many as the whole band needs. Fewer leave the far part of the band as it was.
   int passes = 0;
-  /// A brick whose distances may have changed by more since they were renewed is renewed at once: 0.25 to 2.
+  /// A brick whose distances may have changed by more since they were renewed is renewed at once, before the band is
+  /// used up: 0.25 to 2.
   double drift = 1;
   /// Stamps by which redistancing trails the tool: 1 to 32. More touch a brick once where fewer renew it several times.
   int trail = 2;
@@ -19,7 +20,8 @@ struct Quality {
   double together = 12;
   /// Of the flow that moves clay, in radii of the tip, what one step follows: 0.02 to 1.
   double flowStep = 0.12;
-  /// Means of the surface that scrape, fill and flatten take their plane from: 1 to 8.
+  /// Means of the surface that scrape, fill and flatten take their plane from, each weighed by the one before: 1 to 8.
+  /// Of a wall as large as what it stands beside nothing is left after the third.
   int levelRounds = 3;
 
   /// Throws Error for what is out of range or no number.

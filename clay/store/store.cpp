@@ -20,9 +20,12 @@ constexpr size_t kShareInStock = 8;  // of what a pool has, its next chunk is th
 constexpr size_t kPage = 4096, kBlockAlignment = 64;
 }  // namespace
 
-double bytesOfClay(double area, Precision precision) {
-  constexpr double kQuadsOfArea = 1.5, kBytesOfQuad = 32, kNodesOfBrick = 50;  // bytes of a brick's share of nodes
-  return area * (kBricksOfArea * (double(brickBytes(precision)) + kNodesOfBrick) + kQuadsOfArea * kBytesOfQuad);
+double bytesOfClay(double area, Precision precision, double band, double slant) {
+  constexpr double kBytesOfQuad = 32, kNodesOfBrick = 50;  // bytes of a brick's share of nodes
+  // A brick is there where one of its voxels is in the band: it is 7 voxels wide along an axis.
+  constexpr double kWidth = kBrickEdge - 1, kMiddle = 0.15;
+  const double bricks = area * (2 * band + kWidth * slant + kMiddle) / kBrickVoxels;
+  return bricks * (double(brickBytes(precision)) + kNodesOfBrick) + area * slant * kBytesOfQuad;
 }
 
 SlabPool::~SlabPool() {

@@ -10,9 +10,9 @@ namespace argil::clay {
 
 /// Bricks of a voxel² of surface, mean over its directions.
 inline constexpr double kBricksOfArea = 0.0325;
-/// About what clay with a surface of `area` voxels² takes together with the surface that shows it, mean over its
-/// directions; faces along the axes take a third less.
-[[nodiscard]] double bytesOfClay(double area, Precision precision);
+/// About what clay with a surface of `area` voxels² in a band of `band` takes together with the surface that shows it.
+/// `slant`: mean over the area of |x| + |y| + |z| of its normal, 1 along the axes, 1.5 all around.
+[[nodiscard]] double bytesOfClay(double area, Precision precision, double band = 3, double slant = 1.5);
 
 /// Owns the bricks and nodes of any number of versions. Create with make(); versions keep it alive.
 class Store : public std::enable_shared_from_this<Store> {

@@ -6,6 +6,8 @@
 #include <numbers>
 
 #include "clay/base/memory_guard.h"
+#include "clay/store/store.h"
+#include "engine/document/size_words.h"
 
 namespace argil::engine {
 
@@ -14,29 +16,14 @@ namespace {
 // Voxels that the crisp surface lies off the rim of a cut, RMS: `argil bench costs`. Edges that meet at a smaller angle
 // are nearer.
 constexpr double kEdgeVoxels = 0.175;
-// A brick is there where one of its voxels is in the band: it is 7 voxels wide along an axis.
-constexpr double kBrickWidth = 7, kMiddle = 0.15;
-// Of a brick's share of nodes, and of a quad with its vertex and its part of a mesh's head.
-constexpr double kNodesOfBrick = 50, kBytesOfQuad = 32;
-
-// "8.1 M", "412 k".
-std::string counted(double count) {
-  if (count >= 1e9) return fmt::format("{:.3g} G", count * 1e-9);
-  if (count >= 1e6) return fmt::format("{:.3g} M", count * 1e-6);
-  if (count >= 1e3) return fmt::format("{:.3g} k", count * 1e-3);
-  return fmt::format("{:.0f}", count);
-}
-
 }  // namespace
 
 ClayCost costOf(const ClayPlan& plan, const MachineSpeed& machine) {
   const double area = plan.areaMm2 / (plan.voxelMm * plan.voxelMm);
-  const double bricks = area * (2 * plan.band + kBrickWidth * plan.slant + kMiddle) / clay::kBrickVoxels,
-               quads = area * plan.slant;
   ClayCost cost;
   cost.activeVoxels = 2 * plan.band * area;
-  cost.bytes = bricks * (static_cast<double>(clay::brickBytes(plan.precision)) + kNodesOfBrick) + quads * kBytesOfQuad;
-  cost.triangles = 2 * quads;
+  cost.bytes = clay::bytesOfClay(area, plan.precision, plan.band, plan.slant);
+  cost.triangles = 2 * plan.slant * area;
   cost.dabMs = machine.dabMs(std::max(plan.tipMm / plan.voxelMm, 0.5), plan.band, plan.slant);
   cost.edgeMm = kEdgeVoxels * plan.voxelMm;
   return cost;

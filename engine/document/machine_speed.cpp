@@ -33,13 +33,6 @@ constexpr double kBeside = 15;
 // And so much does not follow how the surface lies to the axes.
 constexpr double kNoSlant = 0.4;
 
-std::string processor() {
-  std::ifstream info("/proc/cpuinfo");
-  for (std::string line; std::getline(info, line);)
-    if (line.starts_with("model name")) return line.substr(line.find(':') + 1);
-  return {};
-}
-
 double microseconds() {
   return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
@@ -69,6 +62,22 @@ double MachineSpeed::dabMs(double radiusVoxels, double band, double slant) const
   return 1e-3 * us * (band + kBeside) / (3 + kBeside) * (slant + kNoSlant) / (1.5 + kNoSlant);
 }
 
+bool MachineSpeed::plausible() const {
+  constexpr std::array kTried{0.5, 4.0, 30.0, 100.0};
+  return std::all_of(kTried.begin(), kTried.end(), [&](double radius) {
+    const double ms = dabMs(radius, 3, 1.5);
+    return ms > 1e-4 && ms < 1e4;
+  });
+}
+
+std::string processorName() {
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);)
+    if (line.starts_with("model name"))
+      if (const size_t at = line.find(": "); at != std::string::npos) return line.substr(at + 2);
+  return {};
+}
+
 MachineSpeed measureMachine() {
   clay::Grid grid;
   grid.voxelMm = 1;
@@ -88,7 +97,7 @@ std::optional<MachineSpeed> readMachine(const std::filesystem::path& file) {
   if (!in) return std::nullopt;
   const json kept = json::parse(in, nullptr, false);
   if (!kept.is_object() || !kept.contains("format") || kept["format"] != kFormat || !kept.contains("processor") ||
-      kept["processor"] != processor())
+      kept["processor"] != processorName())
     return std::nullopt;
   const json* dab = kept.contains("dab_us") ? &kept["dab_us"] : nullptr;
   MachineSpeed speed;
@@ -97,15 +106,12 @@ std::optional<MachineSpeed> readMachine(const std::filesystem::path& file) {
     if (!(*dab)[i].is_number()) return std::nullopt;
     speed.dabUs[i] = (*dab)[i].get<double>();
   }
-  // What no machine is was not measured.
-  for (const double radius : {0.5, 4.0, 100.0})
-    if (const double ms = speed.dabMs(radius, 3, 1.5); !(ms > 1e-4 && ms < 1e4)) return std::nullopt;
-  return speed;
+  return speed.plausible() ? std::optional(speed) : std::nullopt;
 }
 
 void keepMachine(const std::filesystem::path& file, const MachineSpeed& speed) {
   const std::string text =
-      json{{"format", kFormat}, {"processor", processor()}, {"dab_us", speed.dabUs}}.dump(2) + "\n";
+      json{{"format", kFormat}, {"processor", processorName()}, {"dab_us", speed.dabUs}}.dump(2) + "\n";
   std::error_code error;
   std::filesystem::create_directories(file.parent_path(), error);
   try {
@@ -131,6 +137,7 @@ MachineSpeed machineSpeed() {
   const std::filesystem::path file = machineFile();
   if (const auto known = readMachine(file)) return *known;
   const MachineSpeed speed = measureMachine();
+  if (!speed.plausible()) return {};
   if (!file.empty()) keepMachine(file, speed);
   return speed;
 }

@@ -6,7 +6,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <vector>
 
 #include "clay/base/error.h"
 
@@ -89,10 +88,9 @@ constexpr std::array<QualityAxis, 18> kAxes{
         QualityPart::strokes,
         row<&Q::strokes, &S::clay, &K::tolerance>(
             "tolerance", "Tolerance", "Voxels that a distance may be off and stay as it is.", "", 0.01, 1, 0.1, true)},
-    QualityAxis{
-        QualityPart::strokes,
-        row<&Q::strokes, &S::clay, &K::passes>(
-            "passes", "Passes", "Of redistancing, 2 at least; 0: as many as the whole band needs.", "", 0, 16, 0)},
+    QualityAxis{QualityPart::strokes,
+                row<&Q::strokes, &S::clay, &K::passes>(
+                    "passes", "Passes", "Of redistancing; 0: as many as the whole band needs.", "", 0, 16, 0)},
     QualityAxis{
         QualityPart::strokes,
         row<&Q::strokes, &S::clay, &K::drift>(
@@ -173,6 +171,12 @@ const QualityPreset* findQualityPreset(string_view id) {
   return nullptr;
 }
 
+std::string presetNames() {
+  std::string names;
+  for (const QualityPreset& each : qualityPresets()) names += (names.empty() ? "" : ", ") + std::string(each.id);
+  return names;
+}
+
 const QualityPreset* presetOf(const Quality& quality, QualityPart part) {
   for (const QualityPreset& preset : qualityPresets())
     if (std::all_of(kAxes.begin(), kAxes.end(), [&](const QualityAxis& axis) {
@@ -185,10 +189,9 @@ const QualityPreset* presetOf(const Quality& quality, QualityPart part) {
 Quality readQuality(string_view text) {
   Quality quality = findQualityPreset("balanced")->quality;
   const auto fail = [&](std::string what) {
-    std::string presets, axes;
-    for (const QualityPreset& each : qualityPresets()) presets += (presets.empty() ? "" : ", ") + std::string(each.id);
+    std::string axes;
     for (const QualityAxis& each : kAxes) axes += (axes.empty() ? "" : ", ") + std::string(each.row.id);
-    throw Error(fmt::format("quality: {}; give {}, and behind it AXIS=VALUE of {}", what, presets, axes));
+    throw Error(fmt::format("quality: {}; give {}, and behind it AXIS=VALUE of {}", what, presetNames(), axes));
   };
   for (size_t from = 0; from <= text.size();) {
     const size_t end = std::min(text.find(',', from), text.size());

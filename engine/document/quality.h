@@ -71,6 +71,8 @@ struct QualityPreset {
 [[nodiscard]] std::span<const QualityPreset> qualityPresets();
 /// Null: there is none of that id.
 [[nodiscard]] const QualityPreset* findQualityPreset(std::string_view id);
+/// "draft, balanced, fine".
+[[nodiscard]] std::string presetNames();
 /// The preset that a quality is, as far as `part` goes; null: none.
 [[nodiscard]] const QualityPreset* presetOf(const Quality& quality, QualityPart part);
 

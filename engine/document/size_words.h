@@ -1,5 +1,5 @@
 #pragma once
-// The size of a thing in words.
+// Sizes and counts in words.
 
 #include <string>
 
@@ -9,5 +9,7 @@ namespace argil::engine {
 
 /// "120 × 80 × 200 mm".
 [[nodiscard]] std::string sizeWords(const Vec3d& sizeMm);
+/// "8.1 M", "412 k", "17".
+[[nodiscard]] std::string counted(double count);
 
 }  // namespace argil::engine

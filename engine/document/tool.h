@@ -15,6 +15,9 @@ namespace argil::engine {
 /// Radius of a tool in voxels of the clay that it is used on.
 inline constexpr double kLeastToolVoxels = 0.5, kMostToolVoxels = 4096;
 
+/// Numbers that a tool of a plugin may have beside those that all have.
+inline constexpr size_t kMostOwnNumbers = 8;
+
 /// What a pressure of 0 to 1 counts as; `curve`: −1: a light touch does much already, 0: as it is, 1: it does little.
 [[nodiscard]] double curvedPressure(double curve, double pressure);
 
@@ -44,10 +47,11 @@ struct Tool {
   double pressureCurve = 0;                             ///< −1: early, 0: straight, 1: late.
   bool pressureIsForce = false;                         ///< The felt force is the pressure, fullForceN of it being 1.
   double fullForceN = 3;
-  StrokeQuality quality = {};    ///< Of the document or the script that it is used in.
-  int morphTo = 0;               ///< Goes back to the clay after so many steps.
-  std::string file = {};         ///< Of the image or the shape that it works with.
-  ToolFileContent content = {};  ///< What was read from it.
+  std::array<double, kMostOwnNumbers> own{};  ///< Of a tool that came by a plugin, in its row's units.
+  StrokeQuality quality = {};                 ///< Of the document or the script that it is used in.
+  int morphTo = 0;                            ///< Goes back to the clay after so many steps.
+  std::string file = {};                      ///< Of the image or the shape that it works with.
+  ToolFileContent content = {};               ///< What was read from it.
 
   friend bool operator==(const Tool& a, const Tool& b) = default;
 };

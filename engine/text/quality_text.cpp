@@ -44,11 +44,7 @@ void readAxes(const Place& place, bool (*wanted)(const QualityAxis&), bool named
 
 Quality presetAt(const Place& place) {
   const QualityPreset* preset = findQualityPreset(place.text());
-  if (!preset) {
-    std::string known;
-    for (const QualityPreset& each : qualityPresets()) known += (known.empty() ? "" : ", ") + std::string(each.id);
-    place.fail(fmt::format("unknown {}; known are {}", io::shown(place.text()), known));
-  }
+  if (!preset) place.fail(fmt::format("unknown {}; known are {}", io::shown(place.text()), presetNames()));
   return preset->quality;
 }
 

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "clay/base/error.h"
+#include "engine/tools/piece_cost.h"
 
 namespace argil::engine {
 
@@ -49,6 +50,8 @@ PieceResult runPieceJob(const PieceJob& row, const Document& document, const Pie
       throw Error(fmt::format("{}: {} of {:g} {}: give {:g} to {:g}", row.name, parameter.name, value, parameter.unit,
                               parameter.low, parameter.high));
   }
+  // Which machine it is does not matter to memory.
+  requireMemoryFor(row, document, arguments, costOf(row, document, arguments, MachineSpeed()));
   return row.run(document, arguments, job);
 }
 

@@ -52,7 +52,7 @@ Tool toolOf(std::string_view id) {
   return tool;
 }
 
-double insideMm3(const clay::Version& version) {
+double insideVoxels(const clay::Version& version) {
   double voxels = 0;
   version.forEachBrick([&](const clay::Brick& brick) {
     for (int v = 0; v < clay::kBrickVoxels; ++v)
@@ -133,7 +133,7 @@ TEST(Quality, WhatIsWrongInATextIsSaidInOneLine) {
   for (const char* value : {"", "x", "0.1x", "nan", "inf", "-1", "1e9"})
     EXPECT_THAT(complaint(std::string("spacing=") + value), HasSubstr("spacing takes 0.01 to 1")) << value;
   EXPECT_THAT(complaint("surface=good"), HasSubstr("surface takes draft, crisp, fine"));
-  EXPECT_THAT(complaint("passes=1"), HasSubstr("passes of 1 is out of range"));
+  EXPECT_THAT(complaint("passes=17"), HasSubstr("passes takes 0 to 16"));
 }
 
 TEST(Quality, GoesWithScripts) {
@@ -159,7 +159,7 @@ TEST(Quality, GoesWithScripts) {
   EXPECT_EQ(parseScript(formatScript(script), "back.json"), script);
 
   for (const char* wrong : {R"({"quality": "best"})", R"({"quality": {"spacing": 7}})", R"({"quality": {"speed": 1}})",
-                            R"({"quality": {"passes": 1}})", R"({"quality": 3})"})
+                            R"({"quality": {"passes": 17}})", R"({"quality": 3})"})
     EXPECT_THROW(
         (void)parseScript(R"({"argil": 1, "units": "mm", "strokes": [], "setup": [)" + std::string(wrong) + "]}", "x"),
         Error)
@@ -217,14 +217,14 @@ TEST(Quality, EveryAxisOfStrokesChangesSomeStroke) {
 
 // Stamps farther apart do more each: how far apart they are is no strength.
 TEST(Quality, FewerStampsDoAsMuch) {
-  const double before = insideMm3(ball());
+  const double before = insideVoxels(ball());
   for (const char* id : {"inflate", "smooth", "scrape", "tug", "crease"}) {
     Tool tool = toolOf(id);
-    const double usual = insideMm3(stroke(tool)) - before;
+    const double usual = insideVoxels(stroke(tool)) - before;
     for (const double spacing : {0.05, 0.2, 0.4}) {
       tool.quality.spacing = spacing;
       tool.quality.minSpacingVoxels = 0.05;
-      const double ratio = (insideMm3(stroke(tool)) - before) / usual;
+      const double ratio = (insideVoxels(stroke(tool)) - before) / usual;
       EXPECT_NEAR(ratio, 1, spacing <= 0.2 ? 0.2 : 0.4) << id << " " << spacing;
     }
   }

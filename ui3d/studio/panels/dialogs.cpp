@@ -13,10 +13,7 @@
 #include "ui3d/studio/view/panel_table.h"
 
 namespace argil::studio {
-namespace {
 
-// How fast this machine is: known from an earlier day, else measured beside the studio the first time that a cost is
-// shown. Until then as nobody measured it.
 engine::MachineSpeed speedOf(Memory& memory) {
   if (memory.machine) return *memory.machine;
   if (!memory.measuring.valid()) memory.measuring = std::async(std::launch::async, engine::machineSpeed);
@@ -24,8 +21,6 @@ engine::MachineSpeed speedOf(Memory& memory) {
     memory.machine = memory.measuring.get();
   return memory.machine.value_or(engine::MachineSpeed());
 }
-
-}  // namespace
 
 void drawNewClay(Context& context, Memory& memory) {
   if (!kit::beginDialog("New clay", "Add clay", 380, 0, &memory.newClayOpen)) return;

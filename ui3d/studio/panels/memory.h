@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "engine/document/jobs.h"
-#include "engine/document/machine_speed.h"
 #include "engine/models/import_place.h"
+#include "engine/tools/piece_cost.h"
 #include "haptics/devices/registry.h"
 #include "render/view/image.h"
 #include "ui3d/studio/files/file_kinds.h"
@@ -49,6 +49,14 @@ struct Operation {
   bool turned = false;                      ///< The plane faces the other way.
   clay::Version measured;                   ///< The clay of which this is the middle, world mm.
   Vec3d middleMm = Vec3d::Zero();
+  /// What it would take, of these arguments and this clay.
+  struct Price {
+    engine::PieceArguments arguments;
+    std::vector<clay::Version> clay;
+    engine::PieceCost cost;
+    std::string problem;  ///< Empty, or why it cannot be.
+  };
+  std::optional<Price> price = {};
 };
 
 /// What the file dialog was opened for.
@@ -214,6 +222,9 @@ void drawRecent(Context& context, Memory& memory);
 void askModel(Memory& memory, const std::filesystem::path& file, bool asDocument, bool asPart);
 void drawAsked(Context& context, Memory& memory);
 void drawExport(Context& context, Memory& memory);
+/// How fast this machine is: known from an earlier day, else measured beside the studio the first time that a cost is
+/// shown. Until then as nobody measured it.
+[[nodiscard]] engine::MachineSpeed speedOf(Memory& memory);
 void drawNewClay(Context& context, Memory& memory);
 void beginOperation(Context& context, Memory& memory, std::string_view id);
 void drawOperation(Context& context, Memory& memory);

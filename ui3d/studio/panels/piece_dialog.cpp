@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <thread>
 #include <utility>
 
 #include "clay/whole/deform.h"
@@ -183,6 +184,26 @@ void drawCost(const engine::Document& document, const Operation& operation) {
   kit::fact("Result, about", "voxels of " + kit::written(cost.voxelMm) + " mm, " + kit::bytes(cost.bytes));
 }
 
+// What it would take, and whether it can be; anew where something changed. Empty, or why not.
+std::string drawPrice(const engine::Document& document, Operation& operation, const engine::MachineSpeed& machine) {
+  std::vector<clay::Version> clay;
+  for (const engine::Id id : operation.arguments.pieces)
+    if (const engine::Piece* piece = document.piece(id)) clay.push_back(piece->version);
+  if (clay.size() != operation.arguments.pieces.size()) return {};
+  if (!operation.price || operation.price->clay != clay || !(operation.price->arguments == operation.arguments)) {
+    Operation::Price price{operation.arguments, std::move(clay), {}, {}};
+    try {
+      price.cost = engine::costOf(*operation.row, document, operation.arguments, machine);
+      engine::requireMemoryFor(*operation.row, document, operation.arguments, price.cost);
+    } catch (const Error& error) {
+      price.problem = error.what();
+    }
+    operation.price = std::move(price);
+  }
+  kit::fact("Takes", engine::sentence(operation.price->cost, int(std::thread::hardware_concurrency())));
+  return operation.price->problem;
+}
+
 }  // namespace
 
 void beginOperation(Context& context, Memory& memory, std::string_view id) {
@@ -223,7 +244,10 @@ void drawOperation(Context& context, Memory& memory) {
     if (const std::string missing = drawCurve(context, operation); !missing.empty()) problem = missing;
   proposeVoxel(*context.now.document, operation);
   for (const Parameter& parameter : row.parameters) drawNumber(parameter, row.takesCurve, operation.arguments);
-  if (problem.empty()) drawCost(*context.now.document, operation);
+  if (problem.empty()) {
+    drawCost(*context.now.document, operation);
+    problem = drawPrice(*context.now.document, operation, speedOf(memory));
+  }
   if (!problem.empty()) kit::wrapped(problem, colours().warning);
   kit::gap(6);
   const float wide = std::max(96.0f, kit::buttonWidth(row.name));
