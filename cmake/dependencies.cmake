@@ -20,6 +20,8 @@ pkg_check_modules(DEFLATE REQUIRED IMPORTED_TARGET libdeflate)
 pkg_check_modules(IGZIP REQUIRED IMPORTED_TARGET libisal)
 find_package(ZLIB REQUIRED)
 pkg_check_modules(SECCOMP REQUIRED IMPORTED_TARGET libseccomp)
+# Checksums of plugins.
+pkg_check_modules(MD REQUIRED IMPORTED_TARGET libmd)
 
 # Compressed meshes.
 find_package(draco REQUIRED)

@@ -18,6 +18,7 @@
 #include "clay/base/error.h"
 #include "clay/base/interrupt.h"
 #include "engine/models/export_presets.h"
+#include "engine/plugins/plugins.h"
 #include "haptics/threads/guard.h"
 #include "io/models/model_file.h"
 #include "ui3d/cli/verbs.h"
@@ -234,6 +235,22 @@ int run(int argc, char** argv) {
   app.add_subcommand("bench",
                      "Measure this machine, a day's work on it, or the feel of simulated devices: argil-bench");
 
+  cli::PluginsOptions plugins;
+  auto* pluginsVerb = app.add_subcommand("plugins", "The plugins that are there, what each brings, which are enabled");
+  pluginsVerb->add_flag("--json", plugins.json, "As JSON");
+  const auto onPlugin = [&](const char* name, const char* help, std::string& id, const char* what) {
+    pluginsVerb->add_subcommand(name, help)->add_option(what, id)->required();
+  };
+  onPlugin("describe", "All that a plugin says of itself", plugins.describe, "id");
+  onPlugin("enable", "Use a plugin from now on, as it is now", plugins.enable, "id");
+  onPlugin("disable", "Use it no longer", plugins.disable, "id");
+  onPlugin("check", "Try what a plugin promises", plugins.check, "folder");
+  pluginsVerb->add_subcommand("new", "Write a plugin that works, to begin with")
+      ->add_option("what", plugins.make, "Its kind (formula), and a folder that is not there yet")
+      ->expected(2)
+      ->required();
+  pluginsVerb->require_subcommand(0, 1);
+
   cli::ToolsOptions tools;
   auto* toolsVerb = app.add_subcommand("tools", "The tools that there are, what each does and what can be set");
   toolsVerb->add_flag("--json", tools.json, "As JSON, with every parameter");
@@ -287,6 +304,10 @@ int run(int argc, char** argv) {
     return 2;
   }
 
+  // Tables of tools have what plugins bring before anybody reads them.
+  if (*sculptVerb || *recoverVerb || *toolsVerb || *studioVerb || app.get_subcommands().empty())
+    engine::Plugins().load();
+
   sculpt.job = convert.job = recover.job = inspect.job = render.job = feel.job = &job;
   if (*sculptVerb) {
     sculpt.size = parseSize(sculptSize);
@@ -301,6 +322,7 @@ int run(int argc, char** argv) {
   }
   if (*feelVerb) cli::feel(feel);
   if (*toolsVerb) cli::tools(tools);
+  if (*pluginsVerb) cli::plugins(plugins);
   if (*devicesVerb) cli::devices(devices);
 #ifdef ARGIL_STUDIO
   if (*studioVerb || app.get_subcommands().empty()) {

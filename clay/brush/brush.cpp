@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "clay/base/error.h"
 #include "clay/brush/brush_method.h"
+#include "clay/brush/formula.h"
 
 namespace argil::clay {
 
@@ -60,6 +62,12 @@ void Brush::check() const {
   within(blend, 0, 64, "blend");
   within(height, 0, 4096, "height");
   within(angle, -3.15f, 3.15f, "angle");
+  const bool byFormula = std::any_of(operations.begin(), operations.end(),
+                                     [](const Operation& each) { return each.method == Method::formula; });
+  if (byFormula && (!formula || formula->parameters() != values.size()))
+    throw Error("a brush whose formula and values do not go together");
+  for (const float value : values)
+    if (!std::isfinite(value)) throw Error("a formula's parameter that is not finite");
   if (tip == Tip::shape && !shape) throw Error("a brush that stamps a shape has none");
 }
 

@@ -84,6 +84,8 @@ std::unique_ptr<DistanceMethod> makeMethod(const StrokeContext& context) {
       return makeWarping(context);
     case Method::morph:
       return makeMorphing(context);
+    case Method::formula:
+      return makeFormula(context);
     case Method::set:
     case Method::blur:
       break;

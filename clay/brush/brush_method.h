@@ -106,6 +106,8 @@ class DistanceMethod {
 // crease, tug, smudge, pinch, twist (warping.cpp)
 [[nodiscard]] std::unique_ptr<DistanceMethod> makeWarping(const StrokeContext& context);
 [[nodiscard]] std::unique_ptr<DistanceMethod> makeMorphing(const StrokeContext& context);  // morph (morphing.cpp)
+[[nodiscard]] std::unique_ptr<DistanceMethod> makeFormula(
+    const StrokeContext& context);  // formula (formula_method.cpp)
 
 /// Distance of a point from a stamp's segment, voxels; in double, for choosing.
 [[nodiscard]] double segmentDistance(const Stamp& stamp, const Vec3d& point);

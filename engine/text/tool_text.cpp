@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/text/formula_tool_text.h"
 #include "engine/text/parameter_text.h"
 #include "engine/text/quality_text.h"
+#include "engine/tools/added_tools.h"
 #include "engine/tools/tool_table.h"
 
 namespace argil::engine {
@@ -24,8 +26,11 @@ void read(const Parameter<Tool>& parameter, const Place& place, Tool& tool) {
 
 const ToolRow& rowAt(const Place& place) {
   const Place id = place.at("tool");
+  // What brings its formula along needs no plugin.
+  if (const auto brush = place.maybe("brush")) return addedTools().addBeside(readFormulaTool(*brush, id.text()));
   const ToolRow* row = findTool(id.text());
   if (!row) {
+    if (const std::string why = addedTools().whyNot(id.text()); !why.empty()) id.fail(why);
     std::string known;
     for (const ToolRow& each : toolTable()) known += (known.empty() ? "" : ", ") + std::string(each.id);
     id.fail(fmt::format("unknown {}; known are {}", io::shown(id.text()), known));
@@ -70,6 +75,7 @@ void putTool(ordered_json& object, const Tool& tool, const StrokeQuality& usual)
   }
   if (tool.inverted) object["inverted"] = true;
   if (row.file != ToolFile::none) object["file"] = tool.file;
+  if (const FormulaTool* formula = addedTools().formulaOf(row)) object["brush"] = formulaToolJson(*formula);
   if (!(tool.quality == usual)) object["quality"] = strokeQualityJson(tool.quality);
 }
 
@@ -82,6 +88,7 @@ void checkToolKeys(const Place& place, std::vector<std::string_view> others) {
   others.insert(others.end(), keys.begin(), keys.end());
   others.insert(others.end(), {"tool", "inverted", "quality"});
   if (row.file != ToolFile::none) others.push_back("file");
+  if (row.formula) others.push_back("brush");
   place.keys(others);
 }
 

@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 
 #include "clay/base/error.h"
+#include "clay/brush/formula.h"
+#include "engine/tools/added_tools.h"
 #include "engine/tools/stroke_path.h"
 
 namespace argil::engine {
@@ -681,13 +683,18 @@ constexpr uint32_t kBlack = 0x101010;
 
 }  // namespace
 
-std::span<const ToolRow> toolTable() {
+std::span<const ToolRow> ownTools() {
   return kTools;
 }
 
+std::span<const ToolRow> toolTable() {
+  return addedTools().all();
+}
+
 const ToolRow* findTool(std::string_view id) {
-  const auto row = std::find_if(kTools.begin(), kTools.end(), [&](const ToolRow& each) { return each.id == id; });
-  return row == kTools.end() ? nullptr : &*row;
+  const std::span<const ToolRow> rows = toolTable();
+  const auto row = std::find_if(rows.begin(), rows.end(), [&](const ToolRow& each) { return each.id == id; });
+  return row == rows.end() ? nullptr : &*row;
 }
 
 const ToolRow& rowOf(const Tool& tool) {
@@ -756,6 +763,11 @@ std::shared_ptr<const clay::Brush> brushOf(const Tool& tool, const clay::Grid& g
   brush->shape = tool.content.shape;
   brush->image = tool.content.image;
   brush->before = before;
+  if (row.formula) {
+    // The table holds it as long as the program runs.
+    brush->formula = std::shared_ptr<const clay::Formula>(std::shared_ptr<void>(), row.formula);
+    for (size_t i = 0; i < row.formula->parameters(); ++i) brush->values.push_back(static_cast<float>(tool.own[i]));
+  }
   brush->quality = tool.quality.clay;
   // What the stamps of a pass add up to where its middle goes is the area below the smooth falloff, 16/15 of a radius,
   // and the way of one of them, over that way.

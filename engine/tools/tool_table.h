@@ -21,7 +21,7 @@ struct ToolRow {
   std::string_view key = {};        ///< Suggested shortcut, such as "C".
   std::string_view group;           ///< Rows of a group follow each other.
   std::span<const clay::Operation> operations;
-  haptics::Work work;              ///< How it feels.
+  haptics::Work work = haptics::Work::rub;  ///< How it feels.
   std::string_view opposite = {};  ///< Id of the tool that the invert key gives; its own: Tool::inverted; empty: none.
   std::span<const Parameter<Tool>> parameters;
   bool limited = false;  ///< clay::Brush::limited.
@@ -30,6 +30,8 @@ struct ToolRow {
   clay::Falloff falloff = clay::Falloff::smooth;  ///< A standard tool's.
   clay::Tip tip = clay::Tip::ball;
   double strength = 1;
+  const clay::Formula* formula = nullptr;  ///< Of Method::formula; Tool::own are its parameters.
+  std::string_view plugin = {};            ///< That it came by: its id. Empty: of the program.
 };
 
 /// The last of each row's parameters are those that every tool has: how the hand drives it.
@@ -41,7 +43,8 @@ inline constexpr size_t kHeldParameters = 6;
   return row.parameters.last(kHeldParameters);
 }
 
-/// In the order in which people expect them.
+/// In the order in which people expect them, those of plugins (engine/tools/added_tools.h) behind. Any thread; what was
+/// returned stays.
 [[nodiscard]] std::span<const ToolRow> toolTable();
 /// Null for an unknown id.
 [[nodiscard]] const ToolRow* findTool(std::string_view id);
@@ -58,6 +61,9 @@ enum class PressureRules : uint8_t { depth, radius, strength };
 
 /// The row of this tool. Throws Error for an id that there is none of.
 [[nodiscard]] const ToolRow& rowOf(const Tool& tool);
+
+/// The rows of the program alone.
+[[nodiscard]] std::span<const ToolRow> ownTools();
 
 /// A brush of clay of this voxel size. Throws Error for what is out of range or missing. `before`: what a morphing tool
 /// goes back to.

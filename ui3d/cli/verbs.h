@@ -135,6 +135,15 @@ struct ToolsOptions {
 /// Prints the tools that there are and what can be set of each.
 void tools(const ToolsOptions& options);
 
+struct PluginsOptions {
+  bool json = false;
+  std::string describe, enable, disable;  ///< Ids of plugins; one of them at most.
+  std::string check;                      ///< A folder.
+  std::vector<std::string> make;          ///< Kind and folder of a new one.
+};
+/// Prints the plugins that there are, or does what the options say to one. Throws Error.
+void plugins(const PluginsOptions& options);
+
 /// `argil bench WORDS...`: becomes the program argil-bench that stands beside this one, with the words after the verb.
 /// Returns only by Error: it is not there.
 [[noreturn]] void bench(char** words);

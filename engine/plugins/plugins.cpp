@@ -1,0 +1,176 @@
+#include "engine/plugins/plugins.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "clay/base/error.h"
+#include "engine/text/json_text.h"
+#include "engine/text/script_place.h"
+#include "io/bytes/atomic_file.h"
+#include "io/bytes/input.h"
+
+namespace argil::engine {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+fs::path absoluteFrom(const char* variable) {
+  const char* value = std::getenv(variable);
+  const fs::path path(value ? value : "");
+  return path.is_absolute() ? path : fs::path();
+}
+
+fs::path below(const char* variable, const char* inHome, const char* rest) {
+  if (const fs::path base = absoluteFrom(variable); !base.empty()) return base / rest;
+  if (const fs::path home = absoluteFrom("HOME"); !home.empty()) return home / inHome / rest;
+  return {};
+}
+
+}  // namespace
+
+std::string_view nameOf(PluginState state) {
+  switch (state) {
+    case PluginState::enabled:
+      return "enabled";
+    case PluginState::disabled:
+      return "not enabled";
+    case PluginState::changed:
+      return "changed since it was enabled";
+    case PluginState::broken:
+      return "broken";
+    case PluginState::hidden:
+      return "hidden by another of the same id";
+  }
+  return "";
+}
+
+std::vector<fs::path> pluginFolders() {
+  std::vector<fs::path> folders;
+  if (const char* path = std::getenv("ARGIL_PLUGIN_PATH"))
+    for (std::string_view rest = path; !rest.empty();) {
+      const size_t end = std::min(rest.find(':'), rest.size());
+      if (end > 0) folders.emplace_back(rest.substr(0, end));
+      rest.remove_prefix(std::min(end + 1, rest.size()));
+    }
+  if (const fs::path own = below("XDG_DATA_HOME", ".local/share", "argil/plugins"); !own.empty())
+    folders.push_back(own);
+  folders.emplace_back("/usr/share/argil/plugins");
+  return folders;
+}
+
+fs::path pluginSettings() {
+  return below("XDG_CONFIG_HOME", ".config", "argil/plugins.json");
+}
+
+Plugins::Plugins(const std::vector<fs::path>& folders, fs::path settings) : settings_(std::move(settings)) {
+  std::error_code none;
+  if (!settings_.empty() && fs::exists(settings_, none)) try {
+      const io::FileBytes content = io::readFile(settings_);
+      const io::Input input{content.bytes(), settings_.string()};
+      const nlohmann::json json = parseJson(input.text(), input.name, "settings of plugins are {...}");
+      const Place root(json, input.name, "");
+      root.keys({"enabled"});
+      if (!root.at("enabled").value().is_object()) root.at("enabled").fail("must be an object {...}");
+      for (const auto& [id, checksum] : json["enabled"].items())
+        enabled_[id] = Place(checksum, input.name, "enabled." + id).text();
+    } catch (const Error& error) {
+      enabled_.clear();
+      problem_ = error.what();
+    }
+  look(folders);
+}
+
+void Plugins::look(const std::vector<fs::path>& folders) {
+  for (const fs::path& folder : folders) {
+    std::vector<fs::path> here;
+    std::error_code problem;
+    for (fs::directory_iterator it(folder, problem), end; !problem && it != end; it.increment(problem))
+      if (it->path().filename().string().ends_with(kPluginEnding)) here.push_back(it->path());
+    std::sort(here.begin(), here.end());
+    for (const fs::path& each : here) {
+      if (found_.size() == kMost) return;
+      FoundPlugin found;
+      found.folder = each;
+      try {
+        found.plugin = readPlugin(each);
+        const auto enabled = enabled_.find(found.plugin.id);
+        found.state = find(found.plugin.id)                      ? PluginState::hidden
+                      : enabled == enabled_.end()                ? PluginState::disabled
+                      : enabled->second == found.plugin.checksum ? PluginState::enabled
+                                                                 : PluginState::changed;
+      } catch (const std::exception& error) {
+        found.problem = error.what();
+      }
+      found_.push_back(std::move(found));
+    }
+  }
+}
+
+const FoundPlugin* Plugins::find(std::string_view id) const {
+  const auto found = std::find_if(found_.begin(), found_.end(), [&](const FoundPlugin& each) {
+    return each.plugin.id == id && each.state != PluginState::broken && each.state != PluginState::hidden;
+  });
+  return found == found_.end() ? nullptr : &*found;
+}
+
+void Plugins::change(std::string_view id, bool enabled) {
+  const FoundPlugin* plugin = find(id);
+  if (!plugin) {
+    for (const FoundPlugin& each : found_)
+      if (each.state == PluginState::broken && each.folder.stem() == fs::path(id)) throw Error(each.problem);
+    throw Error(
+        fmt::format("there is no plugin {}; argil plugins lists those that are there", io::shown(std::string(id))));
+  }
+  if (settings_.empty()) throw Error("there is no home to keep settings in: set HOME or XDG_CONFIG_HOME");
+  if (!problem_.empty()) throw Error(problem_);
+  auto now = enabled_;
+  if (enabled)
+    now[plugin->plugin.id] = plugin->plugin.checksum;
+  else
+    now.erase(plugin->plugin.id);
+  nlohmann::ordered_json json;
+  json["enabled"] = nlohmann::ordered_json::object();
+  for (const auto& [each, checksum] : now) json["enabled"][each] = checksum;
+  const std::string text = json.dump(2) + "\n";
+  std::error_code problem;
+  fs::create_directories(settings_.parent_path(), problem);
+  io::AtomicFile file(settings_);
+  file.write(std::as_bytes(std::span(text)));
+  file.commit();
+  enabled_ = std::move(now);
+  found_[static_cast<size_t>(plugin - found_.data())].state = enabled ? PluginState::enabled : PluginState::disabled;
+}
+
+void Plugins::enable(std::string_view id) {
+  change(id, true);
+}
+void Plugins::disable(std::string_view id) {
+  change(id, false);
+}
+
+void Plugins::load() {
+  for (FoundPlugin& each : found_) {
+    if (each.state == PluginState::broken || each.state == PluginState::hidden) continue;
+    if (each.state == PluginState::enabled) {
+      try {
+        for (const FormulaTool& brush : each.plugin.brushes) addedTools().add(brush);
+      } catch (const Error& error) {
+        each.state = PluginState::broken;
+        each.problem = fmt::format("{}: {}", each.folder.string(), error.what());
+      }
+      continue;
+    }
+    for (const FormulaTool& brush : each.plugin.brushes)
+      addedTools().explain(
+          brush.id,
+          fmt::format("{} is of the plugin {}, which {}: argil plugins enable {}", brush.id, each.plugin.name,
+                      each.state == PluginState::changed ? "has changed since it was enabled" : "is not enabled",
+                      each.plugin.id));
+  }
+}
+
+}  // namespace argil::engine

@@ -1,0 +1,76 @@
+#include "engine/text/formula_tool_text.h"
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "clay/base/error.h"
+
+namespace argil::engine {
+
+namespace {
+
+constexpr std::array<std::pair<std::string_view, clay::Falloff>, 5> kFalloffs{{{"constant", clay::Falloff::constant},
+                                                                               {"smooth", clay::Falloff::smooth},
+                                                                               {"linear", clay::Falloff::linear},
+                                                                               {"sharp", clay::Falloff::sharp},
+                                                                               {"dome", clay::Falloff::dome}}};
+constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kUnits{
+    {{"mm", "mm"}, {"share", "share"}, {"°", "°"}, {"", ""}}};
+
+FormulaTool::Number numberOf(const Place& place) {
+  place.keys({"id", "name", "help", "unit", "low", "high", "standard", "logarithmic"});
+  FormulaTool::Number number;
+  number.id = place.at("id").text();
+  number.name = place.at("name").text();
+  number.help = place.at("help").text();
+  if (const auto unit = place.maybe("unit")) number.unit = unit->oneOf<std::string_view>(kUnits);
+  number.low = place.at("low").number(-kMaxMm, kMaxMm);
+  number.high = place.at("high").number(-kMaxMm, kMaxMm);
+  number.standard = place.at("standard").number(-kMaxMm, kMaxMm);
+  if (const auto logarithmic = place.maybe("logarithmic")) number.logarithmic = logarithmic->truth();
+  return number;
+}
+
+}  // namespace
+
+nlohmann::ordered_json formulaToolJson(const FormulaTool& tool) {
+  nlohmann::ordered_json json{{"name", tool.name}, {"help", tool.help}, {"formula", tool.formula}};
+  for (const FormulaTool::Number& number : tool.numbers) {
+    nlohmann::ordered_json each{{"id", number.id}, {"name", number.name}, {"help", number.help}};
+    if (!number.unit.empty()) each["unit"] = number.unit;
+    each.update({{"low", number.low}, {"high", number.high}, {"standard", number.standard}});
+    if (number.logarithmic) each["logarithmic"] = true;
+    json["numbers"].push_back(std::move(each));
+  }
+  const auto falloff =
+      std::find_if(kFalloffs.begin(), kFalloffs.end(), [&](const auto& each) { return each.second == tool.falloff; });
+  json["falloff"] = falloff->first;
+  json["strength"] = tool.strength;
+  if (tool.inverts) json["inverts"] = true;
+  return json;
+}
+
+FormulaTool readFormulaTool(const Place& place, std::string id, std::initializer_list<std::string_view> others) {
+  std::vector<std::string_view> keys(others);
+  keys.insert(keys.end(), {"name", "help", "formula", "numbers", "falloff", "strength", "inverts"});
+  place.keys(keys);
+  FormulaTool tool;
+  tool.id = std::move(id);
+  tool.name = place.at("name").text();
+  tool.help = place.at("help").text();
+  tool.formula = place.at("formula").text();
+  if (const auto numbers = place.maybe("numbers"))
+    for (const Place& each : numbers->items()) tool.numbers.push_back(numberOf(each));
+  if (const auto falloff = place.maybe("falloff")) tool.falloff = falloff->oneOf<clay::Falloff>(kFalloffs);
+  if (const auto strength = place.maybe("strength")) tool.strength = strength->number(0, 1);
+  if (const auto inverts = place.maybe("inverts")) tool.inverts = inverts->truth();
+  try {
+    checkTool(tool);
+  } catch (const Error& error) {
+    place.fail(error.what());
+  }
+  return tool;
+}
+
+}  // namespace argil::engine

@@ -1,0 +1,18 @@
+#pragma once
+// A tool that is a formula, as a text: in plugins, and in scripts and journals, which so need no plugin.
+
+#include <nlohmann/json.hpp>
+
+#include "engine/text/script_place.h"
+#include "engine/tools/added_tools.h"
+
+namespace argil::engine {
+
+/// All but its id and its plugin.
+[[nodiscard]] nlohmann::ordered_json formulaToolJson(const FormulaTool& tool);
+/// `others`: keys that may stand beside. Throws Error that names the place: for what cannot be read and what no program
+/// could use.
+[[nodiscard]] FormulaTool readFormulaTool(const Place& place, std::string id,
+                                          std::initializer_list<std::string_view> others = {});
+
+}  // namespace argil::engine

@@ -1,0 +1,129 @@
+// argil plugins: what is there, and what to do with one.
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "clay/base/error.h"
+#include "engine/plugins/check_plugin.h"
+#include "engine/plugins/plugins.h"
+#include "engine/text/parameter_text.h"
+#include "engine/tools/tool_table.h"
+#include "ui3d/cli/verbs.h"
+
+namespace argil::cli {
+namespace {
+
+using engine::FoundPlugin;
+using engine::PluginState;
+
+nlohmann::ordered_json jsonOf(const FoundPlugin& found) {
+  nlohmann::ordered_json json{{"folder", found.folder.string()}, {"state", engine::nameOf(found.state)}};
+  if (found.state == PluginState::broken) {
+    json["problem"] = found.problem;
+    return json;
+  }
+  const engine::Plugin& plugin = found.plugin;
+  json.update({{"id", plugin.id},
+               {"name", plugin.name},
+               {"version", plugin.version},
+               {"licence", plugin.licence},
+               {"help", plugin.help},
+               {"checksum", plugin.checksum},
+               {"brushes", nlohmann::ordered_json::array()}});
+  for (const engine::FormulaTool& brush : plugin.brushes) {
+    nlohmann::ordered_json numbers = nlohmann::ordered_json::array();
+    for (const auto& number : brush.numbers)
+      numbers.push_back({{"id", number.id},
+                         {"name", number.name},
+                         {"help", number.help},
+                         {"unit", number.unit},
+                         {"low", number.low},
+                         {"high", number.high},
+                         {"standard", number.standard}});
+    json["brushes"].push_back({{"id", brush.id},
+                               {"name", brush.name},
+                               {"help", brush.help},
+                               {"formula", brush.formula},
+                               {"numbers", numbers}});
+  }
+  return json;
+}
+
+void list(const engine::Plugins& plugins, bool json) {
+  if (json) {
+    nlohmann::ordered_json all = nlohmann::ordered_json::array();
+    for (const FoundPlugin& each : plugins.found()) all.push_back(jsonOf(each));
+    fmt::print("{}\n", all.dump(2));
+    return;
+  }
+  if (!plugins.problem().empty()) fmt::print("{}\n", plugins.problem());
+  if (plugins.found().empty()) {
+    fmt::print("There are no plugins. They are looked for in\n");
+    for (const auto& folder : engine::pluginFolders()) fmt::print("  {}\n", folder.string());
+  }
+  for (const FoundPlugin& each : plugins.found()) {
+    if (each.state == PluginState::broken)
+      fmt::print("{:<28} {}: {}\n", each.folder.stem().string(), engine::nameOf(each.state), each.problem);
+    else
+      fmt::print("{:<28} {}: {} {}, {} {}. {} ({})\n", each.plugin.id, engine::nameOf(each.state), each.plugin.name,
+                 each.plugin.version, each.plugin.brushes.size(), each.plugin.brushes.size() == 1 ? "brush" : "brushes",
+                 each.plugin.help, each.folder.string());
+  }
+}
+
+void describe(const engine::Plugins& plugins, const std::string& id, bool json) {
+  const FoundPlugin* found = plugins.find(id);
+  if (!found) throw Error(fmt::format("there is no plugin {}; argil plugins lists those that are there", id));
+  if (json) {
+    fmt::print("{}\n", jsonOf(*found).dump(2));
+    return;
+  }
+  const engine::Plugin& plugin = found->plugin;
+  fmt::print("{} {} ({}), {}\n{}\n", plugin.name, plugin.version, plugin.id, engine::nameOf(found->state), plugin.help);
+  fmt::print("  folder      {}\n  licence     {}\n  checksum    {}\n", found->folder.string(), plugin.licence,
+             plugin.checksum);
+  fmt::print("  may         compute with what a brush is given; nothing else, as it is formulas alone\n");
+  for (const engine::FormulaTool& brush : plugin.brushes) {
+    fmt::print("\n{} ({})\n  {}\n  formula     {}\n", brush.name, brush.id, brush.help, brush.formula);
+    for (const auto& number : brush.numbers)
+      fmt::print("  {:<11} {:g} to {:g}{}{}, {:g}: {}\n", number.id, number.low, number.high,
+                 number.unit.empty() ? "" : " ", number.unit, number.standard, number.help);
+  }
+}
+
+}  // namespace
+
+void plugins(const PluginsOptions& options) {
+  if (!options.make.empty()) {
+    engine::newPlugin(options.make[0], options.make[1]);
+    fmt::print(
+        "{}: argil plugins check {} tries it; put it into one of the folders that argil plugins names, and "
+        "enable it\n",
+        options.make[1], options.make[1]);
+    return;
+  }
+  if (!options.check.empty()) {
+    bool good = true;
+    for (const engine::PluginCheck& check : engine::checkPlugin(options.check)) {
+      fmt::print("{} {}{}{}\n", check.problem.empty() ? "ok    " : "FAILED", check.name,
+                 check.problem.empty() ? "" : ": ", check.problem);
+      good = good && check.problem.empty();
+    }
+    if (!good) throw Error(fmt::format("{}: not as it should be", options.check), Error::Kind::work);
+    return;
+  }
+  engine::Plugins plugins;
+  if (!options.enable.empty()) {
+    plugins.enable(options.enable);
+    fmt::print("{} is enabled: it may compute with what a brush is given, and nothing else\n", options.enable);
+  } else if (!options.disable.empty()) {
+    plugins.disable(options.disable);
+    fmt::print("{} is not enabled any longer\n", options.disable);
+  } else if (!options.describe.empty()) {
+    describe(plugins, options.describe, options.json);
+  } else {
+    list(plugins, options.json);
+  }
+}
+
+}  // namespace argil::cli
