@@ -246,7 +246,7 @@ int run(int argc, char** argv) {
   onPlugin("disable", "Use it no longer", plugins.disable, "id");
   onPlugin("check", "Try what a plugin promises", plugins.check, "folder");
   pluginsVerb->add_subcommand("new", "Write a plugin that works, to begin with")
-      ->add_option("what", plugins.make, "Its kind (formula), and a folder that is not there yet")
+      ->add_option("what", plugins.make, "Its kind (formula or brush), and a folder that is not there yet")
       ->expected(2)
       ->required();
   pluginsVerb->require_subcommand(0, 1);

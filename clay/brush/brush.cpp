@@ -62,12 +62,16 @@ void Brush::check() const {
   within(blend, 0, 64, "blend");
   within(height, 0, 4096, "height");
   within(angle, -3.15f, 3.15f, "angle");
-  const bool byFormula = std::any_of(operations.begin(), operations.end(),
-                                     [](const Operation& each) { return each.method == Method::formula; });
-  if (byFormula && (!formula || formula->parameters() != values.size()))
+  const auto by = [&](Method method) {
+    return std::any_of(operations.begin(), operations.end(),
+                       [&](const Operation& each) { return each.method == method; });
+  };
+  if (by(Method::formula) && (!formula || formula->parameters() != values.size()))
     throw Error("a brush whose formula and values do not go together");
+  if (by(Method::external) && (!external || values.size() > Formula::kMostParameters))
+    throw Error("a brush that is computed elsewhere and does not say where, or has too many values");
   for (const float value : values)
-    if (!std::isfinite(value)) throw Error("a formula's parameter that is not finite");
+    if (!std::isfinite(value)) throw Error("a brush's parameter that is not finite");
   if (tip == Tip::shape && !shape) throw Error("a brush that stamps a shape has none");
 }
 

@@ -13,9 +13,10 @@
 
 namespace argil::clay {
 
-class StampShape;   // clay/brush/stamp_shape.h
-class HeightImage;  // clay/import/height_image.h
-class Formula;      // clay/brush/formula.h
+class StampShape;     // clay/brush/stamp_shape.h
+class HeightImage;    // clay/import/height_image.h
+class Formula;        // clay/brush/formula.h
+class ExternalBrush;  // clay/brush/external_brush.h
 
 /// What an operation changes.
 enum class Property : uint8_t { distance, colour, material, mask };
@@ -35,15 +36,16 @@ enum class Method : uint8_t {
   /// Along the normals of the surface as it was when the stroke began, by Brush::height at most when Brush::limited.
   /// Below zero it lowers.
   raise,
-  crease,   ///< Draws the clay together and lowers it along the stroke; above zero a sharp ridge.
-  tug,      ///< Clay under the tip goes with it.
-  smudge,   ///< The same with slip: what is behind stays.
-  pinch,    ///< Towards the stroke; below zero away from it.
-  twist,    ///< About the tip's axis, by Brush::angle over the radius.
-  morph,    ///< Back to Brush::before.
-  formula,  ///< As Brush::formula says; times the amount, by at most a voxel and a half a stamp.
-  set,      ///< Colour, material, mask: Brush::colour, Brush::material, 255 (below zero: 0).
-  blur,     ///< Colour and mask: towards the mean of the neighbours.
+  crease,    ///< Draws the clay together and lowers it along the stroke; above zero a sharp ridge.
+  tug,       ///< Clay under the tip goes with it.
+  smudge,    ///< The same with slip: what is behind stays.
+  pinch,     ///< Towards the stroke; below zero away from it.
+  twist,     ///< About the tip's axis, by Brush::angle over the radius.
+  morph,     ///< Back to Brush::before.
+  formula,   ///< As Brush::formula says; times the amount, by at most a voxel and a half a stamp.
+  external,  ///< As Brush::external says; by at most a voxel and a half a stamp.
+  set,       ///< Colour, material, mask: Brush::colour, Brush::material, 255 (below zero: 0).
+  blur,      ///< Colour and mask: towards the mean of the neighbours.
 };
 
 /// Weight of an operation over the tip: 1 in its middle and 0 at its rim, t the distance in radii.
@@ -90,7 +92,11 @@ struct Brush {
   std::shared_ptr<const HeightImage> image;  ///< Raise: its height over the tip's x and y instead of the falloff.
   Version before;                            ///< Morph: of the same store and grid.
   std::shared_ptr<const Formula> formula;
-  std::vector<float> values;  ///< Of the formula's parameters.
+  std::shared_ptr<const ExternalBrush> external;
+  std::vector<float> values;  ///< Of the formula's or the external brush's parameters.
+  /// Formula and external: what stamps do adds up, so that `perStamp` multiplies their weight; else they go towards
+  /// something, and a weight of 1 is all of it.
+  bool adds = false;
   /// A stamp stands for so many of those that the tool was made for: stamps farther apart each do more. 0.01 to 1000.
   double perStamp = 1;
   Quality quality;

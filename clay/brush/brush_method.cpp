@@ -86,11 +86,21 @@ std::unique_ptr<DistanceMethod> makeMethod(const StrokeContext& context) {
       return makeMorphing(context);
     case Method::formula:
       return makeFormula(context);
+    case Method::external:
+      return makeExternal(context);
     case Method::set:
     case Method::blur:
       break;
   }
   throw Error("a brush cannot do that to distances");
+}
+
+void brushWeights(const Brush& brush, Falloff shape, std::span<const Stamp> images, Coord coord,
+                  float (&weight)[kBrickVoxels]) {
+  const auto perStamp = static_cast<float>(brush.perStamp);
+  if (!brush.adds) return imageWeights(images, shape, coord, perStamp, weight);
+  imageWeights(images, shape, coord, weight);
+  for (float& each : weight) each *= perStamp;
 }
 
 }  // namespace argil::clay

@@ -108,6 +108,8 @@ class DistanceMethod {
 [[nodiscard]] std::unique_ptr<DistanceMethod> makeMorphing(const StrokeContext& context);  // morph (morphing.cpp)
 [[nodiscard]] std::unique_ptr<DistanceMethod> makeFormula(
     const StrokeContext& context);  // formula (formula_method.cpp)
+[[nodiscard]] std::unique_ptr<DistanceMethod> makeExternal(
+    const StrokeContext& context);  // external (external_brush.cpp)
 
 /// Distance of a point from a stamp's segment, voxels; in double, for choosing.
 [[nodiscard]] double segmentDistance(const Stamp& stamp, const Vec3d& point);
@@ -121,6 +123,10 @@ void imageWeights(std::span<const Stamp> images, Falloff shape, Coord coord, flo
 /// The same where what is left goes towards something: `perStamp` stamps (Brush::perStamp) do at once what one of these
 /// weights does so often, w → n·w / (1 + (n − 1)·w), so that 0 and 1 stay.
 void imageWeights(std::span<const Stamp> images, Falloff shape, Coord coord, float perStamp,
+                  float (&weight)[kBrickVoxels]);
+
+/// The same as Brush::adds says.
+void brushWeights(const Brush& brush, Falloff shape, std::span<const Stamp> images, Coord coord,
                   float (&weight)[kBrickVoxels]);
 
 /// Where voxel (x, y, z) of a brick lies relative to a point, computed through the brick's middle: mirrored places give

@@ -80,7 +80,7 @@ void ByFormula::look(Sampler& before, Coord coord, const BrickValues& values, Cl
 // Places and directions of a mirror image or a turned copy are those that they are copies of: what the formula says
 // there is said here too, to the bit in a mirror.
 void ByFormula::hold(const Stamp& image, const Stamp& first, Coord coord, const Clay& clay, Held& held) const {
-  imageWeights(std::span(&image, 1), operation_.shape, coord, static_cast<float>(brush_->perStamp), held.weight);
+  brushWeights(*brush_, operation_.shape, std::span(&image, 1), coord, held.weight);
   const bool place = readsAny(FormulaInput::x, 3), tip = readsAny(FormulaInput::u, 4),
              normal = readsAny(FormulaInput::nx, 3);
   if (!place && !tip && !normal) return;

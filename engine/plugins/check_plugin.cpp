@@ -3,7 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <chrono>
 #include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <functional>
 
 #include "clay/base/error.h"
 #include "clay/brush/formula.h"
@@ -18,16 +23,52 @@ namespace argil::engine {
 
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
 constexpr double kRadius = 9, kBall = 30;  // voxels
 constexpr int kRandom = 6;                 // sets of numbers
+constexpr double kLoadMs = 100, kSlowest = 20;
+constexpr int kManyStrokes = 100;
+constexpr double kGrowthMb = 4;
+
+/// The same brush, given no more than some bricks at a time.
+class InBatches : public clay::ExternalBrush {
+ public:
+  InBatches(std::shared_ptr<const clay::ExternalBrush> brush, size_t most) : brush_(std::move(brush)), most_(most) {}
+  [[nodiscard]] int margin() const override { return brush_->margin(); }
+  [[nodiscard]] clay::Renew leaves() const override { return brush_->leaves(); }
+  [[nodiscard]] std::unique_ptr<clay::BrickWorker> begin(const clay::WorkerStroke& stroke) const override {
+    return std::make_unique<Worker>(brush_->begin(stroke), most_);
+  }
+
+ private:
+  class Worker : public clay::BrickWorker {
+   public:
+    Worker(std::unique_ptr<clay::BrickWorker> worker, size_t most) : worker_(std::move(worker)), most_(most) {}
+    [[nodiscard]] size_t most() const override { return most_; }
+    [[nodiscard]] Place place(size_t brick) override { return worker_->place(brick); }
+    void compute(std::span<const clay::Stamp> images, size_t count) override { worker_->compute(images, count); }
+    [[nodiscard]] const float* result(size_t brick) const override { return worker_->result(brick); }
+    [[noreturn]] void failResult() override {
+      worker_->failResult();
+      std::abort();  // g++ 12 does not see that the other one returns not
+    }
+
+   private:
+    std::unique_ptr<clay::BrickWorker> worker_;
+    size_t most_;
+  };
+  std::shared_ptr<const clay::ExternalBrush> brush_;
+  size_t most_;
+};
 
 class BrushTrial {
  public:
-  explicit BrushTrial(const FormulaTool& tool) : tool_(tool) {
+  explicit BrushTrial(const AddedTool& tool) : tool_(tool) {
     std::vector<std::string> names;
     names.reserve(tool.numbers.size());
     for (const auto& number : tool.numbers) names.push_back(number.id);
-    formula_ = std::make_shared<const clay::Formula>(tool.formula, names);
+    if (!tool.external) formula_ = std::make_shared<const clay::Formula>(tool.formula, names);
     clay::Grid grid;
     grid.originMm = Vec3d::Constant(grid.voxelMm / 2);  // a plane between bricks through the middle
     ball_ = clay::makeSphere(clay::Store::make(), grid, Vec3d::Zero(), kBall * grid.voxelMm);
@@ -48,25 +89,33 @@ class BrushTrial {
     return sets;
   }
 
-  [[nodiscard]] clay::Version stroked(const std::vector<float>& numbers, float strength, float amount = 1,
-                                      bool mirrored = false, int publishEvery = 100) const {
+  struct How {
+    float strength = 1, amount = 1;
+    bool mirrored = false;
+    int publishEvery = 100, threads = 1;
+    size_t batch = 0;  // bricks; 0: as many as there is room for
+  };
+  [[nodiscard]] clay::Version stroked(const std::vector<float>& numbers, const How& how) const {
     auto brush = std::make_shared<clay::Brush>();
-    brush->operations.push_back({clay::Property::distance, clay::Method::formula, tool_.falloff, amount});
+    const auto method = tool_.external ? clay::Method::external : clay::Method::formula;
+    brush->operations.push_back({clay::Property::distance, method, tool_.falloff, how.amount});
     brush->formula = formula_;
+    brush->external = how.batch > 0 ? std::make_shared<const InBatches>(tool_.external, how.batch) : tool_.external;
+    brush->adds = tool_.adds;
     brush->values = numbers;
-    clay::BrushStroke stroke(ball_, brush);
+    clay::BrushStroke stroke(ball_, brush, {}, how.threads);
     for (size_t i = 0; i < stamps().size(); ++i) {
       clay::Stamp stamp = stamps()[i];
-      stamp.strength = strength;
+      stamp.strength = how.strength;
       clay::Stamp image = stamp;
       image.a.x() = -1 - stamp.a.x();
       image.b.x() = -1 - stamp.b.x();
       image.axes.row(0) *= -1;
-      if (mirrored)
+      if (how.mirrored)
         stroke.apply(std::array{stamp, image});
       else
         stroke.apply(stamp);
-      if (static_cast<int>(i + 1) % publishEvery == 0) (void)stroke.publish();
+      if (static_cast<int>(i + 1) % how.publishEvery == 0) (void)stroke.publish();
     }
     return stroke.finish();
   }
@@ -119,52 +168,163 @@ class BrushTrial {
     return all;
   }
 
-  FormulaTool tool_;
+  AddedTool tool_;
   std::shared_ptr<const clay::Formula> formula_;
   clay::Version ball_;
 };
 
-void checkBrush(const FormulaTool& tool, std::vector<PluginCheck>& checks) {
-  const auto say = [&](const char* what, std::string problem) {
-    checks.push_back({fmt::format("{}: {}", tool.id, what), std::move(problem)});
-  };
+using Say = std::function<void(const char* what, const std::function<std::string()>& problem)>;
+
+// What all brushes promise.
+void checkBrush(const AddedTool& tool, const Say& say) {
   const BrushTrial trial(tool);
   const auto sets = trial.numbers();
-  const clay::Version usual = trial.stroked(sets[0], 1);
-  say("changes the clay", usual == trial.ball() || usual.hash() == trial.ball().hash()
-                              ? "it does nothing at full strength, with its numbers as they begin"
-                              : "");
-  std::string problem;
-  for (const auto& numbers : sets)
-    for (const float amount : {1.0f, -1.0f}) {
-      if (amount < 0 && !tool.inverts) continue;
-      if (std::string found = trial.problemOf(trial.stroked(numbers, 1, amount)); !found.empty()) {
-        problem = std::move(found);
+  const clay::Version& ball = trial.ball();
+  uint64_t usual = 0;
+  say("changes the clay", [&] {
+    usual = trial.stroked(sets[0], {}).hash();
+    return usual != ball.hash() ? "" : "it does nothing at full strength, with its numbers as they begin";
+  });
+  if (usual == 0) return;  // what it does at its best is not known
+  say("leaves closed clay, changed under the tip alone, whatever its numbers", [&] {
+    for (const auto& numbers : sets)
+      for (const float amount : {1.0f, -1.0f}) {
+        if (amount < 0 && !tool.inverts) continue;
+        std::string problem = trial.problemOf(trial.stroked(numbers, {.amount = amount}));
+        if (problem.empty()) continue;
         for (size_t i = 0; i < numbers.size(); ++i)
           problem += fmt::format("{}{} = {:g}", i == 0 ? ", with " : ", ", tool.numbers[i].id, numbers[i]);
+        return problem;
       }
-    }
-  say("leaves closed clay, changed under the tip alone, whatever its numbers", problem);
+    return std::string();
+  });
   say("does nothing at strength 0",
-      trial.stroked(sets[0], 0).hash() == trial.ball().hash() ? "" : "it changes the clay");
-  say("does the same however it is published",
-      trial.stroked(sets[0], 1, 1, false, 1).hash() == usual.hash() ? "" : "it does not");
-  say("mirrors to the bit", BrushTrial::symmetric(trial.stroked(sets[0], 1, 1, true)) ? "" : "it does not");
+      [&] { return trial.stroked(sets[0], {.strength = 0}).hash() == ball.hash() ? "" : "it changes the clay"; });
+  const auto sameAs = [&](const BrushTrial::How& how) {
+    return [&, how] { return trial.stroked(sets[0], how).hash() == usual ? "" : "it does not"; };
+  };
+  say("does the same however it is published", sameAs({.publishEvery = 1}));
+  say("mirrors to the bit",
+      [&] { return BrushTrial::symmetric(trial.stroked(sets[0], {.mirrored = true})) ? "" : "it does not"; });
+  if (!tool.external) return;
+  say("does the same once more", sameAs({}));
+  say("does the same on four threads", sameAs({.threads = 4}));
+  say("does the same one brick at a time", sameAs({.batch = 1}));
+  say("does the same in batches of seven bricks", sameAs({.batch = 7}));
+}
+
+double residentMb(pid_t pid) {
+  std::ifstream in(fmt::format("/proc/{}/statm", pid));
+  double all = 0, resident = 0;
+  in >> all >> resident;
+  return resident * 4096 / 1e6;
+}
+
+// What a library promises beside that.
+void checkLibrary(const PluginLibrary& library, const Plugin::Brush& brush, const Say& say,
+                  std::vector<PluginCheck>& checks) {
+  const auto trialOf = [&](const PluginLimits& limits) {
+    AddedTool tool = brush.tool;
+    tool.external =
+        std::make_shared<const PluginBrush>(*brush.facts, std::make_shared<PluginProcesses>(library, limits));
+    return BrushTrial(tool);
+  };
+  say("writes its results and nothing else", [&] {
+    const BrushTrial trial = trialOf({.comparesWindow = true});
+    (void)trial.stroked(trial.numbers()[0], {});
+    return "";
+  });
+  say("asks for nothing that it may not have", [&]() -> std::string {
+    const auto processes = std::make_shared<PluginProcesses>(library);
+    AddedTool tool = brush.tool;
+    tool.external = std::make_shared<const PluginBrush>(*brush.facts, processes);
+    const BrushTrial trial(tool);
+    (void)trial.stroked(trial.numbers()[0], {});
+    const auto process = processes->take(1);
+    const std::string refused = process->refusedCall();
+    return refused.empty() ? "" : "forbidden: it tried to " + refused;
+  });
+  say("takes no more memory from stroke to stroke", [&]() -> std::string {
+    const auto processes = std::make_shared<PluginProcesses>(library);
+    AddedTool tool = brush.tool;
+    tool.external = std::make_shared<const PluginBrush>(*brush.facts, processes);
+    const BrushTrial trial(tool);
+    const auto resident = [&] {
+      auto process = processes->take(1);
+      const double mb = residentMb(process->pid());
+      processes->giveBack(std::move(process));
+      return mb;
+    };
+    (void)trial.stroked(trial.numbers()[0], {});
+    const double before = resident();
+    for (int i = 0; i < kManyStrokes; ++i) (void)trial.stroked(trial.numbers()[0], {});
+    const double grown = resident() - before;
+    return grown < kGrowthMb ? "" : fmt::format("{:.0f} MB more after {} strokes", grown, kManyStrokes);
+  });
+  say("takes a time that a hand can wait for", [&]() -> std::string {
+    const BrushTrial trial = trialOf({});
+    AddedTool plain = brush.tool;
+    plain.numbers.clear();
+    plain.formula = "phi + weight * (mean - phi)";
+    const BrushTrial peer(plain);
+    const auto timed = [](const BrushTrial& of, const std::vector<float>& numbers) {
+      double least = 1e9;
+      for (int i = 0; i < 5; ++i) {
+        const auto began = Clock::now();
+        (void)of.stroked(numbers, {});
+        least = std::min(least, std::chrono::duration<double>(Clock::now() - began).count());
+      }
+      return least;
+    };
+    const double ratio = timed(trial, trial.numbers()[0]) / timed(peer, {});
+    checks.back().measured = fmt::format("{:.2g} times as long as smoothing", ratio);
+    return ratio < kSlowest ? "" : fmt::format("{:.3g} times as long as smoothing", ratio);
+  });
 }
 
 }  // namespace
 
 std::vector<PluginCheck> checkPlugin(const std::filesystem::path& folder) {
   std::vector<PluginCheck> checks;
+  const auto check = [&](std::string name, const std::function<std::string()>& problem) {
+    checks.push_back({std::move(name), ""});
+    try {
+      const std::string found = problem();
+      checks.back().problem = found;
+    } catch (const PluginError& error) {
+      checks.back().problem = fmt::format("{}: {}", nameOf(error.fault()), error.what());
+    } catch (const Error& error) {
+      checks.back().problem = error.what();
+    }
+    return checks.back().problem.empty();
+  };
   Plugin plugin;
-  try {
-    plugin = readPlugin(folder);
-    checks.push_back({fmt::format("{} can be read", kPluginFile), ""});
-  } catch (const Error& error) {
-    checks.push_back({fmt::format("{} can be read", kPluginFile), error.what()});
+  if (!check(fmt::format("{} can be read", kPluginFile), [&] {
+        plugin = readPlugin(folder);
+        return "";
+      }))
     return checks;
+  const PluginLibrary library = libraryOf(plugin, folder, {});
+  if (!plugin.library.empty() && !check(fmt::format("{} is loaded", plugin.library), [&]() -> std::string {
+        const auto began = Clock::now();
+        PluginProcess process(library, 1);
+        const double ms = std::chrono::duration<double, std::milli>(Clock::now() - began).count();
+        checks.back().measured = fmt::format("{:.0f} ms", ms);
+        for (const Plugin::Brush& brush : plugin.brushes)
+          if (brush.facts) requireAsSaid(process, *brush.facts);
+        return ms < 10 * kLoadMs ? "" : fmt::format("that took {:.0f} ms: {:.0f} are meant", ms, kLoadMs);
+      }))
+    return checks;
+  for (const Plugin::Brush& brush : plugin.brushes) {
+    const Say say = [&](const char* what, const std::function<std::string()>& problem) {
+      check(fmt::format("{}: {}", brush.tool.id, what), problem);
+    };
+    AddedTool tool = brush.tool;
+    if (brush.facts)
+      tool.external = std::make_shared<const PluginBrush>(*brush.facts, std::make_shared<PluginProcesses>(library));
+    checkBrush(tool, say);
+    if (brush.facts) checkLibrary(library, brush, say, checks);
   }
-  for (const FormulaTool& brush : plugin.brushes) checkBrush(brush, checks);
   return checks;
 }
 

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 
 #include "engine/text/formula_tool_text.h"
@@ -19,6 +20,9 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr size_t kMostBytes = 1 << 20, kMostBrushes = 100;
+constexpr std::array<std::pair<std::string_view, clay::Renew>, 3> kLeaves{
+    {{"distances", clay::Renew::none}, {"slopes", clay::Renew::slopes}, {"values", clay::Renew::all}}};
+
 std::string checksumOf(std::string_view text) {
   char digits[SHA256_DIGEST_STRING_LENGTH];
   return SHA256Data(reinterpret_cast<const uint8_t*>(text.data()), text.size(), digits);
@@ -38,12 +42,46 @@ std::string idOf(const Place& place) {
   return id;
 }
 
+// A name of a file, no path.
+std::string libraryName(const Place& place) {
+  const std::string& name = place.text();
+  if (name.empty() || name.size() > 100 || name.front() == '.' || name.find('/') != std::string::npos)
+    place.fail(fmt::format("{} is no name of a file", io::shown(name)));
+  return name;
+}
+
+Plugin::Brush brushOf(const Place& place, const Plugin& plugin) {
+  const std::string id = plugin.id + "." + place.at("id").text();
+  const auto bricks = place.maybe("bricks");
+  Plugin::Brush brush;
+  if (bricks) {
+    if (plugin.library.empty()) bricks->fail("is of a brush in a library, and none is named: give \"library\"");
+    if (const auto formula = place.maybe("formula")) formula->fail("stands beside \"bricks\": give one of them");
+    bricks->keys({"margin", "leaves"});
+    brush.tool = readToolFacts(place, id, {"id", "bricks"});
+    brush.facts.emplace();
+    brush.facts->id = id;
+    const double margin = bricks->at("margin").number(0, 4);
+    if (margin != 0 && margin != 1 && margin != 2 && margin != 4) bricks->at("margin").fail("is none of 0, 1, 2, 4");
+    brush.facts->margin = static_cast<int>(margin);
+    brush.facts->leaves = bricks->at("leaves").oneOf<clay::Renew>(kLeaves);
+    for (const AddedTool::Number& number : brush.tool.numbers) brush.facts->numbers.push_back(number.id);
+    // What it is computed by is known once it is loaded; all else is looked at here.
+    AddedTool tool = brush.tool;
+    tool.formula = "phi";
+    requireTool(place, tool);
+  } else {
+    brush.tool = readFormulaTool(place, id, {"id"});
+  }
+  return brush;
+}
+
 }  // namespace
 
 Plugin parsePlugin(std::string_view text, const std::string& name) {
   const nlohmann::json json = parseJson(text, name, "a plugin is {...}");
   const Place root(json, name, "");
-  root.keys({"format", "id", "name", "version", "licence", "help", "brushes"});
+  root.keys({"format", "id", "name", "version", "licence", "help", "library", "brushes"});
   if (const double format = root.at("format").number(1, 1e6); format != kPluginFormat)
     root.at("format").fail(fmt::format("{:g} is of a newer Argil; this one knows {}", format, kPluginFormat));
   Plugin plugin;
@@ -52,16 +90,17 @@ Plugin parsePlugin(std::string_view text, const std::string& name) {
   plugin.version = root.at("version").text();
   plugin.licence = root.at("licence").text();
   plugin.help = root.at("help").text();
+  if (const auto library = root.maybe("library")) plugin.library = libraryName(*library);
+  plugin.checksum = checksumOf(text);
   const std::vector<Place> brushes = root.at("brushes").items();
   if (brushes.empty() || brushes.size() > kMostBrushes)
     root.at("brushes").fail(fmt::format("{} of them: give 1 to {}", brushes.size(), kMostBrushes));
   for (const Place& each : brushes) {
-    plugin.brushes.push_back(readFormulaTool(each, plugin.id + "." + each.at("id").text(), {"id"}));
-    plugin.brushes.back().plugin = plugin.id;
+    plugin.brushes.push_back(brushOf(each, plugin));
+    plugin.brushes.back().tool.origin = {plugin.id, plugin.version, plugin.checksum};
     for (size_t i = 0; i + 1 < plugin.brushes.size(); ++i)
-      if (plugin.brushes[i].id == plugin.brushes.back().id) each.at("id").fail("another brush has that id");
+      if (plugin.brushes[i].tool.id == plugin.brushes.back().tool.id) each.at("id").fail("another brush has that id");
   }
-  plugin.checksum = checksumOf(text);
   return plugin;
 }
 
@@ -74,48 +113,15 @@ Plugin readPlugin(const fs::path& folder) {
   return parsePlugin(input.text(), file.string());
 }
 
-void newPlugin(std::string_view kind, const fs::path& folder) {
-  if (kind != "formula") throw Error(fmt::format("plugins new {}: known are formula", io::shown(std::string(kind))));
-  if (fs::exists(folder)) throw Error(fmt::format("{} is there already: give another name", folder.string()));
-  const std::string title =
-      folder.filename().string().ends_with(kPluginEnding) ? folder.stem().string() : folder.filename().string();
-  std::string name = title;
-  std::transform(name.begin(), name.end(), name.begin(),
-                 [](unsigned char c) { return std::isalnum(c) ? char(std::tolower(c)) : '-'; });
-  const std::string text = fmt::format(R"json({{
-  "format": 1,
-  "id": "local.{}",
-  "name": "{}",
-  "version": "1.0.0",
-  "licence": "CC0-1.0",
-  "help": "Says in one line what it is for.",
-  "brushes": [
-    {{
-      "id": "ripple",
-      "name": "Ripple",
-      "help": "Draws rings around the path of the tip.",
-      "formula": "phi - height * weight * sin(6.2832 * r * radius / pitch)",
-      "falloff": "smooth",
-      "strength": 0.5,
-      "inverts": true,
-      "numbers": [
-        {{"id": "height", "name": "Height", "help": "Of a ring, each stamp.", "unit": "mm", "low": 0.001, "high": 10,
-         "standard": 0.1, "logarithmic": true}},
-        {{"id": "pitch", "name": "Pitch", "help": "From ring to ring.", "unit": "mm", "low": 0.01, "high": 100,
-         "standard": 2, "logarithmic": true}}
-      ]
-    }}
-  ]
-}}
-)json",
-                                       name.substr(0, 30), title.substr(0, 60));
-  (void)parsePlugin(text, (folder / kPluginFile).string());
-  std::error_code problem;
-  fs::create_directories(folder, problem);
-  if (problem) throw Error(fmt::format("{}: {}", folder.string(), problem.message()));
-  io::AtomicFile file(folder / kPluginFile);
-  file.write(std::as_bytes(std::span(text)));
-  file.commit(false);
+PluginLibrary libraryOf(const Plugin& plugin, const fs::path& folder, std::string checksum) {
+  const fs::path absolute = fs::absolute(folder);
+  return {plugin.id,           plugin.name, plugin.version,
+          std::move(checksum), absolute,    absolute / kPluginMachine / plugin.library};
+}
+
+std::string libraryChecksum(const Plugin& plugin, const fs::path& folder) {
+  if (plugin.library.empty()) return {};
+  return fileChecksum(libraryOf(plugin, folder, {}).file);
 }
 
 }  // namespace argil::engine

@@ -2,25 +2,42 @@
 // A plugin: a folder that says in plugin.json what it brings.
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "engine/plugins/plugin_brush.h"
 #include "engine/tools/added_tools.h"
 
 namespace argil::engine {
 
 struct Plugin {
+  /// A brush: a formula, or one of the library, which `facts` are of. Their ids begin with that of the plugin.
+  struct Brush {
+    AddedTool tool;
+    std::optional<PluginBrushFacts> facts;
+  };
+
   std::string id;  ///< Such as "org.argil.formulas".
   std::string name, version, licence, help;
-  std::vector<FormulaTool> brushes;  ///< Their ids begin with that of the plugin.
-  std::string checksum;              ///< SHA-256 of all that it consists of, in hexadecimal digits.
+  std::vector<Brush> brushes;
+  std::string library;   ///< Its file's name; empty: it runs no code of its own.
+  std::string checksum;  ///< SHA-256 of its plugin.json, in hexadecimal digits.
 };
 
 /// Of a plugin's folder; what else lies beside it is none.
 inline constexpr std::string_view kPluginEnding = ".argil-plugin";
 inline constexpr std::string_view kPluginFile = "plugin.json";
 inline constexpr int kPluginFormat = 1;
+/// Folder in that of a plugin with libraries for this machine.
+#if defined(__x86_64__)
+inline constexpr std::string_view kPluginMachine = "x86_64-linux";
+#elif defined(__aarch64__)
+inline constexpr std::string_view kPluginMachine = "aarch64-linux";
+#else
+inline constexpr std::string_view kPluginMachine = "linux";
+#endif
 
 /// Reads `folder`/plugin.json; runs nothing. Formulas are compiled, so what cannot work is told here. Throws Error that
 /// names file and place.
@@ -28,8 +45,9 @@ inline constexpr int kPluginFormat = 1;
 /// Of its text. `name` stands in messages.
 [[nodiscard]] Plugin parsePlugin(std::string_view text, const std::string& name);
 
-/// What a person who writes one begins with: "formula". Makes `folder` with a plugin.json that works. Throws Error: it
-/// is there already, another kind.
-void newPlugin(std::string_view kind, const std::filesystem::path& folder);
+/// How its library is started. `checksum`: as libraryChecksum() has it; empty: it is not compared.
+[[nodiscard]] PluginLibrary libraryOf(const Plugin& plugin, const std::filesystem::path& folder, std::string checksum);
+/// SHA-256 of the file of its library; empty where that is not there.
+[[nodiscard]] std::string libraryChecksum(const Plugin& plugin, const std::filesystem::path& folder);
 
 }  // namespace argil::engine

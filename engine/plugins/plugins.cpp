@@ -30,6 +30,25 @@ fs::path below(const char* variable, const char* inHome, const char* rest) {
   return {};
 }
 
+constexpr size_t kDigits = 64;  // of a checksum
+
+// What is kept of an enabled plugin: the checksum of plugin.json, and behind a '+' that of its library.
+std::string joined(const std::string& checksum, const std::string& library) {
+  return library.empty() ? checksum : checksum + "+" + library;
+}
+std::string librarysDigits(const std::string& joined) {
+  return joined.size() > kDigits ? joined.substr(kDigits + 1) : std::string();
+}
+
+std::string requireLibrary(const FoundPlugin& found) {
+  if (found.plugin.library.empty()) return {};
+  std::string checksum = libraryChecksum(found.plugin, found.folder);
+  if (checksum.empty())
+    throw Error(fmt::format("{} cannot be read: it is not built, or was made for another machine",
+                            libraryOf(found.plugin, found.folder, {}).file.string()));
+  return checksum;
+}
+
 }  // namespace
 
 std::string_view nameOf(PluginState state) {
@@ -98,14 +117,28 @@ void Plugins::look(const std::vector<fs::path>& folders) {
       try {
         found.plugin = readPlugin(each);
         const auto enabled = enabled_.find(found.plugin.id);
-        found.state = find(found.plugin.id)                      ? PluginState::hidden
-                      : enabled == enabled_.end()                ? PluginState::disabled
-                      : enabled->second == found.plugin.checksum ? PluginState::enabled
-                                                                 : PluginState::changed;
+        found.state = find(found.plugin.id)                                         ? PluginState::hidden
+                      : enabled == enabled_.end()                                   ? PluginState::disabled
+                      : enabled->second.substr(0, kDigits) == found.plugin.checksum ? PluginState::enabled
+                                                                                    : PluginState::changed;
       } catch (const std::exception& error) {
         found.problem = error.what();
       }
       found_.push_back(std::move(found));
+    }
+  }
+}
+
+void Plugins::compareLibraries() {
+  for (FoundPlugin& each : found_) {
+    if (each.plugin.library.empty() || each.state == PluginState::broken || each.state == PluginState::hidden) continue;
+    const std::string checksum = libraryChecksum(each.plugin, each.folder);
+    if (checksum.empty()) {
+      each.problem = fmt::format("{} cannot be read: it is not built, or was made for another machine",
+                                 libraryOf(each.plugin, each.folder, {}).file.string());
+      each.state = PluginState::broken;
+    } else if (each.state == PluginState::enabled && librarysDigits(enabled_.at(each.plugin.id)) != checksum) {
+      each.state = PluginState::changed;
     }
   }
 }
@@ -129,7 +162,7 @@ void Plugins::change(std::string_view id, bool enabled) {
   if (!problem_.empty()) throw Error(problem_);
   auto now = enabled_;
   if (enabled)
-    now[plugin->plugin.id] = plugin->plugin.checksum;
+    now[plugin->plugin.id] = joined(plugin->plugin.checksum, requireLibrary(*plugin));
   else
     now.erase(plugin->plugin.id);
   nlohmann::ordered_json json;
@@ -156,20 +189,32 @@ void Plugins::load() {
   for (FoundPlugin& each : found_) {
     if (each.state == PluginState::broken || each.state == PluginState::hidden) continue;
     if (each.state == PluginState::enabled) {
-      try {
-        for (const FormulaTool& brush : each.plugin.brushes) addedTools().add(brush);
-      } catch (const Error& error) {
-        each.state = PluginState::broken;
-        each.problem = fmt::format("{}: {}", each.folder.string(), error.what());
-      }
+      load(each);
       continue;
     }
-    for (const FormulaTool& brush : each.plugin.brushes)
+    for (const Plugin::Brush& brush : each.plugin.brushes)
       addedTools().explain(
-          brush.id,
-          fmt::format("{} is of the plugin {}, which {}: argil plugins enable {}", brush.id, each.plugin.name,
+          brush.tool.id,
+          fmt::format("{} is of the plugin {}, which {}: argil plugins enable {}", brush.tool.id, each.plugin.name,
                       each.state == PluginState::changed ? "has changed since it was enabled" : "is not enabled",
                       each.plugin.id));
+  }
+}
+
+void Plugins::load(FoundPlugin& found) {
+  try {
+    std::shared_ptr<PluginProcesses> processes;
+    if (!found.plugin.library.empty())
+      processes = std::make_shared<PluginProcesses>(
+          libraryOf(found.plugin, found.folder, librarysDigits(enabled_.at(found.plugin.id))));
+    for (const Plugin::Brush& brush : found.plugin.brushes) {
+      AddedTool tool = brush.tool;
+      if (brush.facts) tool.external = std::make_shared<const PluginBrush>(*brush.facts, processes);
+      addedTools().add(tool);
+    }
+  } catch (const Error& error) {
+    found.state = PluginState::broken;
+    found.problem = fmt::format("{}: {}", found.folder.string(), error.what());
   }
 }
 

@@ -39,8 +39,13 @@ class Plugins {
  public:
   /// Looks at each folder in `folders` whose name ends in ".argil-plugin", sorted by name, kMost at most. Never throws
   /// for what lies there. Settings that cannot be read enable nothing (problem()).
+  /// Libraries are not looked at: of a plugin that has one only plugin.json is compared.
   explicit Plugins(const std::vector<std::filesystem::path>& folders = pluginFolders(),
                    std::filesystem::path settings = pluginSettings());
+
+  /// Looks at the libraries too: a plugin whose library is not there or another one is changed or broken then. Reads
+  /// them whole.
+  void compareLibraries();
 
   [[nodiscard]] std::span<const FoundPlugin> found() const { return found_; }
   /// Null: there is none that can be read.
@@ -52,7 +57,7 @@ class Plugins {
   void enable(std::string_view id);
   void disable(std::string_view id);
 
-  /// Makes the tools of those that are enabled part of the program's tables; what goes wrong makes the plugin broken.
+  /// Makes the brushes of those that are enabled part of the program's tables; what goes wrong makes the plugin broken.
   /// Tells the tables why tools of the others are not there.
   void load();
 
@@ -61,6 +66,7 @@ class Plugins {
  private:
   void look(const std::vector<std::filesystem::path>& folders);
   void change(std::string_view id, bool enabled);
+  void load(FoundPlugin& found);
 
   std::filesystem::path settings_;
   std::map<std::string, std::string, std::less<>> enabled_;  // id to checksum

@@ -20,6 +20,8 @@ namespace {
 // stall.
 constexpr size_t kCollectBatch = 1024;
 constexpr auto kCollectPause = std::chrono::milliseconds(2);
+// Between two looks of a watch at what a stroke has made so far.
+constexpr auto kTellMade = std::chrono::milliseconds(50);
 constexpr size_t kManyStores = 64;  // not to be looked at with every version
 constexpr auto kManyPause = std::chrono::milliseconds(10);
 
@@ -176,7 +178,7 @@ void Session::push(const std::string& label, DocumentPtr after, std::vector<Scri
   strokes_.push_back(std::move(strokes));  // nothing without record()
   ++done_;
   ++steps_;
-  if (watch_) watch_->stepped(label, states_.back().document, false);
+  if (watch_) watch_->stepped(label, states_.back().document, std::exchange(toldMade_, false));
 }
 
 void Session::requireNoStroke(const char* what) const {
@@ -207,7 +209,24 @@ void Session::beginStroke(const Tool& tool, StrokeImages images) {
   stroke_->before = newest_;
   stroke_->start = lifted_;
   pointsBefore_ = 0;
-  if (watch_) watch_->strokeBegan(tool_, images_);
+  tellsMade_ = strokeBrush_->external != nullptr;
+  toldMade_ = false;
+  if (watch_ && !tellsMade_) watch_->strokeBegan(tool_, images_);
+}
+
+std::string Session::strokeLabel() const {
+  const ToolRow& row = rowOf(tool_);
+  if (!row.external) return std::string(row.name);
+  // What made it is in the history, as nothing else tells of it.
+  return fmt::format("{} ({} {} {})", row.name, row.origin->id, row.origin->version, row.origin->checksum.substr(0, 8));
+}
+
+void Session::tellMade() {
+  const auto now = std::chrono::steady_clock::now();
+  if (!watch_ || !tellsMade_ || (toldMade_ && now - toldAt_ < kTellMade)) return;
+  if (newest_->pieces[place_].version == stroke_->before->pieces[place_].version) return;
+  watch_->stepped(strokeLabel(), newest_, std::exchange(toldMade_, true));
+  toldAt_ = now;
 }
 
 // What a morphing tool goes back to: the piece as it was after so many steps, where that step is in memory.
@@ -282,7 +301,7 @@ void Session::queuePoint(const PathPoint& given) {
     if (record.size() > 1) record.back().timeS = std::max(given.timeS, record[record.size() - 2].timeS);
   }
   ++counts_.points;
-  if (watch_) watch_->strokePoint(given);
+  if (watch_ && !tellsMade_) watch_->strokePoint(given);
 }
 
 bool Session::applyStamp() {
@@ -325,12 +344,13 @@ void Session::liftTool() {
   brush_.reset();
   path_.reset();
   drawn_.reset();
-  if (watch_) watch_->toolLifted();
+  if (watch_ && !tellsMade_) watch_->toolLifted();
 }
 
 clay::Version Session::publish() {
   if (brush_) {
     setVersion(brush_->publish());
+    tellMade();
   } else if (stroke_) {
     setVersion(lifted_);
   }
@@ -342,8 +362,9 @@ clay::Version Session::endStroke() {
   liftTool();
   setVersion(lifted_);
   endSpares();
-  if (newest_->pieces[place_].version != stroke_->before->pieces[place_].version) {
-    push(std::string(rowOf(tool_).name), newest_, std::move(stroke_->strokes));
+  // What was told of has to be a step, even if it came to nothing.
+  if (toldMade_ || newest_->pieces[place_].version != stroke_->before->pieces[place_].version) {
+    push(strokeLabel(), newest_, std::move(stroke_->strokes));
   } else {
     setDocument(stroke_->before);
     ++counts_.idle;
@@ -351,7 +372,7 @@ clay::Version Session::endStroke() {
   merge_.clear();
   ++counts_.strokes;
   stroke_.reset();
-  if (watch_) watch_->strokeEnded();
+  if (watch_ && !tellsMade_) watch_->strokeEnded();
   const clay::Version last = std::exchange(lifted_, {});
   collector_->wake();
   return last;
@@ -366,9 +387,10 @@ void Session::abandonStroke() {
   drawn_.reset();
   endSpares();
   swapNewest(stroke_->before);
+  if (toldMade_) push(strokeLabel(), newest_, {});
   stroke_.reset();
   lifted_ = {};
-  if (watch_) watch_->strokeEnded();
+  if (watch_ && !tellsMade_) watch_->strokeEnded();
   collector_->wake();
 }
 

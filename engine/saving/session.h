@@ -2,6 +2,7 @@
 // A document in work: what it is now, how it came to be, and the way back.
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <functional>
 #include <memory>
@@ -46,6 +47,8 @@ class Collector {
 class SessionWatch {
  public:
   virtual ~SessionWatch() = default;
+  /// Strokes and their points are told where repeating them gives the same clay. Of a brush that is computed elsewhere
+  /// (a plugin's) nothing is told but what it has made so far: a step, and again and again what it leads to by then.
   virtual void strokeBegan(const Tool& tool, const StrokeImages& images) = 0;
   virtual void strokePoint(const PathPoint& point) = 0;
   virtual void toolLifted() = 0;
@@ -180,6 +183,8 @@ class Session {
   [[nodiscard]] DocumentPtr withSettings(DocumentPtr document) const;
   void push(const std::string& label, DocumentPtr after, std::vector<ScriptStroke> strokes);
   void requireNoStroke(const char* what) const;
+  [[nodiscard]] std::string strokeLabel() const;
+  void tellMade();
   [[nodiscard]] const Document& nearest(size_t state) const;
 
   mutable std::mutex mutex_;  // guards newest_ alone
@@ -223,6 +228,9 @@ class Session {
   Tool tool_;
   int threads_ = 1;  // that help with large stamps; the result does not depend on it
   std::shared_ptr<const clay::Brush> strokeBrush_;
+  // Of a stroke that the watch is told of by what it makes: whether it was told, and when.
+  bool tellsMade_ = false, toldMade_ = false;
+  std::chrono::steady_clock::time_point toldAt_{};
   StrokeImages images_;  // world, for the recording
   ImageMaps maps_;
   std::optional<Vec3d> drawn_;     // end of the string on which the tool is drawn

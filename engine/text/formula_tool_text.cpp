@@ -18,9 +18,9 @@ constexpr std::array<std::pair<std::string_view, clay::Falloff>, 5> kFalloffs{{{
 constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kUnits{
     {{"mm", "mm"}, {"share", "share"}, {"°", "°"}, {"", ""}}};
 
-FormulaTool::Number numberOf(const Place& place) {
+AddedTool::Number numberOf(const Place& place) {
   place.keys({"id", "name", "help", "unit", "low", "high", "standard", "logarithmic"});
-  FormulaTool::Number number;
+  AddedTool::Number number;
   number.id = place.at("id").text();
   number.name = place.at("name").text();
   number.help = place.at("help").text();
@@ -34,9 +34,9 @@ FormulaTool::Number numberOf(const Place& place) {
 
 }  // namespace
 
-nlohmann::ordered_json formulaToolJson(const FormulaTool& tool) {
+nlohmann::ordered_json formulaToolJson(const AddedTool& tool) {
   nlohmann::ordered_json json{{"name", tool.name}, {"help", tool.help}, {"formula", tool.formula}};
-  for (const FormulaTool::Number& number : tool.numbers) {
+  for (const AddedTool::Number& number : tool.numbers) {
     nlohmann::ordered_json each{{"id", number.id}, {"name", number.name}, {"help", number.help}};
     if (!number.unit.empty()) each["unit"] = number.unit;
     each.update({{"low", number.low}, {"high", number.high}, {"standard", number.standard}});
@@ -48,29 +48,40 @@ nlohmann::ordered_json formulaToolJson(const FormulaTool& tool) {
   json["falloff"] = falloff->first;
   json["strength"] = tool.strength;
   if (tool.inverts) json["inverts"] = true;
+  if (tool.adds) json["adds"] = true;
   return json;
 }
 
-FormulaTool readFormulaTool(const Place& place, std::string id, std::initializer_list<std::string_view> others) {
+AddedTool readFormulaTool(const Place& place, std::string id, std::initializer_list<std::string_view> others) {
+  AddedTool tool = readToolFacts(place, std::move(id), others);
+  tool.formula = place.at("formula").text();
+  requireTool(place, tool);
+  return tool;
+}
+
+AddedTool readToolFacts(const Place& place, std::string id, std::initializer_list<std::string_view> others) {
   std::vector<std::string_view> keys(others);
-  keys.insert(keys.end(), {"name", "help", "formula", "numbers", "falloff", "strength", "inverts"});
+  keys.insert(keys.end(), {"name", "help", "formula", "numbers", "falloff", "strength", "inverts", "adds"});
   place.keys(keys);
-  FormulaTool tool;
+  AddedTool tool;
   tool.id = std::move(id);
   tool.name = place.at("name").text();
   tool.help = place.at("help").text();
-  tool.formula = place.at("formula").text();
   if (const auto numbers = place.maybe("numbers"))
     for (const Place& each : numbers->items()) tool.numbers.push_back(numberOf(each));
   if (const auto falloff = place.maybe("falloff")) tool.falloff = falloff->oneOf<clay::Falloff>(kFalloffs);
   if (const auto strength = place.maybe("strength")) tool.strength = strength->number(0, 1);
   if (const auto inverts = place.maybe("inverts")) tool.inverts = inverts->truth();
+  if (const auto adds = place.maybe("adds")) tool.adds = adds->truth();
+  return tool;
+}
+
+void requireTool(const Place& place, const AddedTool& tool) {
   try {
     checkTool(tool);
   } catch (const Error& error) {
     place.fail(error.what());
   }
-  return tool;
 }
 
 }  // namespace argil::engine

@@ -9,10 +9,15 @@
 namespace argil::engine {
 
 /// All but its id and its plugin.
-[[nodiscard]] nlohmann::ordered_json formulaToolJson(const FormulaTool& tool);
+[[nodiscard]] nlohmann::ordered_json formulaToolJson(const AddedTool& tool);
 /// `others`: keys that may stand beside. Throws Error that names the place: for what cannot be read and what no program
 /// could use.
-[[nodiscard]] FormulaTool readFormulaTool(const Place& place, std::string id,
-                                          std::initializer_list<std::string_view> others = {});
+[[nodiscard]] AddedTool readFormulaTool(const Place& place, std::string id,
+                                        std::initializer_list<std::string_view> others = {});
+/// The same of a tool whose work is not looked at yet.
+[[nodiscard]] AddedTool readToolFacts(const Place& place, std::string id,
+                                      std::initializer_list<std::string_view> others = {});
+/// Throws Error that names the place for a tool that no program could use.
+void requireTool(const Place& place, const AddedTool& tool);
 
 }  // namespace argil::engine

@@ -27,7 +27,8 @@ constexpr Access accessOf() {
 }
 constexpr std::array<Access, kMostOwnNumbers> kAccess{accessOf<0>(), accessOf<1>(), accessOf<2>(), accessOf<3>(),
                                                       accessOf<4>(), accessOf<5>(), accessOf<6>(), accessOf<7>()};
-constexpr std::array<clay::Operation, 1> kByFormula{{{clay::Property::distance, clay::Method::formula}}};
+constexpr std::array<clay::Operation, 1> kByFormula{{{clay::Property::distance, clay::Method::formula}}},
+    kExternal{{{clay::Property::distance, clay::Method::external}}};
 constexpr size_t kMostName = 60, kMostHelp = 200;
 
 void requireText(std::string_view text, std::string_view what, size_t most) {
@@ -45,12 +46,12 @@ void requireId(std::string_view id, std::string_view what) {
     throw Error(fmt::format("{} \"{}\": use small letters, digits, '_', '-' and '.'", what, id));
 }
 
-bool same(const FormulaTool& a, const FormulaTool& b) {
-  const auto number = [](const FormulaTool::Number& n) {
+bool same(const AddedTool& a, const AddedTool& b) {
+  const auto number = [](const AddedTool::Number& n) {
     return std::tie(n.id, n.name, n.help, n.unit, n.low, n.high, n.standard, n.logarithmic);
   };
-  return std::tie(a.id, a.name, a.help, a.formula, a.falloff, a.strength, a.inverts) ==
-             std::tie(b.id, b.name, b.help, b.formula, b.falloff, b.strength, b.inverts) &&
+  return std::tie(a.id, a.name, a.help, a.formula, a.external, a.falloff, a.strength, a.inverts, a.adds) ==
+             std::tie(b.id, b.name, b.help, b.formula, b.external, b.falloff, b.strength, b.inverts, b.adds) &&
          std::equal(a.numbers.begin(), a.numbers.end(), b.numbers.begin(), b.numbers.end(),
                     [&](const auto& x, const auto& y) { return number(x) == number(y); });
 }
@@ -61,7 +62,7 @@ const ToolRow& likeRow() {
   return *std::find_if(rows.begin(), rows.end(), [](const ToolRow& each) { return each.id == "smooth"; });
 }
 
-clay::Formula checkedFormula(const FormulaTool& tool) {
+std::unique_ptr<const clay::Formula> checkedFormula(const AddedTool& tool) {
   requireId(tool.id, "a tool's id");
   requireText(tool.name, "a tool's name", kMostName);
   requireText(tool.help, "a tool's help", kMostHelp);
@@ -71,7 +72,7 @@ clay::Formula checkedFormula(const FormulaTool& tool) {
     throw Error(fmt::format("{}: a strength of {}: give 0 to 1", tool.id, tool.strength));
   const ToolRow& like = likeRow();
   std::vector<std::string> names;
-  for (const FormulaTool::Number& number : tool.numbers) {
+  for (const AddedTool::Number& number : tool.numbers) {
     requireId(number.id, "a number's id");
     requireText(number.name, "a number's name", kMostName);
     requireText(number.help, "a number's help", kMostHelp);
@@ -87,18 +88,18 @@ clay::Formula checkedFormula(const FormulaTool& tool) {
           fmt::format("{}: {} has the unit \"{}\": give mm, share, ° or nothing", tool.id, number.id, number.unit));
     names.push_back(number.id);
   }
-  return clay::Formula(tool.formula, names);
+  return tool.external ? nullptr : std::make_unique<const clay::Formula>(tool.formula, names);
 }
 
 }  // namespace
 
-void checkTool(const FormulaTool& tool) {
+void checkTool(const AddedTool& tool) {
   (void)checkedFormula(tool);
 }
 
 struct AddedTools::Kept {
-  FormulaTool tool;
-  clay::Formula formula;
+  AddedTool tool;
+  std::unique_ptr<const clay::Formula> formula;
   std::vector<Parameter<Tool>> parameters;
 };
 
@@ -106,20 +107,20 @@ AddedTools::AddedTools() : rows_(new ToolRow[kMost]), count_(ownTools().size()) 
   std::copy(ownTools().begin(), ownTools().end(), rows_.get());
 }
 
-const ToolRow& AddedTools::add(const FormulaTool& tool) {
+const ToolRow& AddedTools::add(const AddedTool& tool) {
   const std::lock_guard lock(mutex_);
   for (const auto& kept : kept_)
     if (same(kept->tool, tool)) return *findTool(kept->tool.id);
-  const clay::Formula formula = checkedFormula(tool);
+  std::unique_ptr<const clay::Formula> formula = checkedFormula(tool);
   if (findTool(tool.id)) throw Error(fmt::format("there is another tool with the id \"{}\"", tool.id));
   if (all().size() == kMost) throw Error(fmt::format("more than {} tools", kMost));
-  auto kept = std::make_unique<Kept>(Kept{tool, formula, {}});
+  auto kept = std::make_unique<Kept>(Kept{tool, std::move(formula), {}});
   const ToolRow& like = likeRow();
   // As a tool that rubs has them: radius, strength, its own, falloff, how the hand drives it.
   const size_t before = 2;
   kept->parameters.assign(like.parameters.begin(), like.parameters.begin() + before);
   for (size_t i = 0; i < kept->tool.numbers.size(); ++i) {
-    const FormulaTool::Number& number = kept->tool.numbers[i];
+    const AddedTool::Number& number = kept->tool.numbers[i];
     Parameter<Tool> row;
     row.id = number.id;
     row.name = number.name;
@@ -138,16 +139,18 @@ const ToolRow& AddedTools::add(const FormulaTool& tool) {
   row.id = kept->tool.id;
   row.name = kept->tool.name;
   row.help = kept->tool.help;
-  row.icon = "formula";
+  row.icon = tool.external ? "plugin" : "formula";
   row.group = "Plugins";
-  row.operations = kByFormula;
+  row.operations = tool.external ? std::span<const clay::Operation>(kExternal) : kByFormula;
   row.work = haptics::Work::rub;
   row.opposite = tool.inverts ? row.id : std::string_view();
   row.parameters = kept->parameters;
   row.falloff = tool.falloff;
   row.strength = tool.strength;
-  row.formula = &kept->formula;
-  row.plugin = kept->tool.plugin;
+  row.adds = tool.adds;
+  row.formula = kept->formula.get();
+  row.external = kept->tool.external.get();
+  row.origin = &kept->tool.origin;
   kept_.push_back(std::move(kept));
   const size_t at = count_.load(std::memory_order_relaxed);
   rows_[at] = row;
@@ -155,7 +158,7 @@ const ToolRow& AddedTools::add(const FormulaTool& tool) {
   return rows_[at];
 }
 
-const ToolRow& AddedTools::addBeside(FormulaTool tool) {
+const ToolRow& AddedTools::addBeside(AddedTool tool) {
   const std::string id = tool.id;
   for (int number = 2;; ++number) {
     {
@@ -169,10 +172,10 @@ const ToolRow& AddedTools::addBeside(FormulaTool tool) {
   }
 }
 
-const FormulaTool* AddedTools::formulaOf(const ToolRow& row) {
+const AddedTool* AddedTools::addedAs(const ToolRow& row) {
   const std::lock_guard lock(mutex_);
   const auto found =
-      std::find_if(kept_.begin(), kept_.end(), [&](const auto& kept) { return &kept->formula == row.formula; });
+      std::find_if(kept_.begin(), kept_.end(), [&](const auto& kept) { return &kept->tool.origin == row.origin; });
   return found == kept_.end() ? nullptr : &(*found)->tool;
 }
 

@@ -14,8 +14,8 @@
 
 namespace argil::engine {
 
-/// A tool whose work is a formula (clay/brush/formula.h).
-struct FormulaTool {
+/// A tool that is no row of the program's: a formula (clay/brush/formula.h), or a brush that is computed elsewhere.
+struct AddedTool {
   /// A number that its formula reads by its id; ids are no word of a formula.
   struct Number {
     std::string id, name, help;
@@ -23,15 +23,20 @@ struct FormulaTool {
     double low = 0, high = 1, standard = 0;
     bool logarithmic = false;
   };
-  std::string plugin, id, name, help, formula;
-  std::vector<Number> numbers;  ///< kMostOwnNumbers at most.
+  /// The plugin that it came by; nothing where a script brought it along.
+  ToolOrigin origin;
+  std::string id, name, help;
+  std::string formula;                                  ///< Empty: `external` does the work.
+  std::shared_ptr<const clay::ExternalBrush> external;  ///< Null: `formula` does.
+  std::vector<Number> numbers;                          ///< kMostOwnNumbers at most.
   clay::Falloff falloff = clay::Falloff::smooth;
   double strength = 1;
   bool inverts = false;  ///< The invert key makes it do the opposite.
+  bool adds = false;     ///< clay::Brush::adds.
 };
 
 /// Throws Error for what no program could use: texts, numbers, a formula that cannot be read.
-void checkTool(const FormulaTool& tool);
+void checkTool(const AddedTool& tool);
 
 /// All tools: the program's and those that were added, which stay for the life of the program, as tools in hand, steps
 /// and recordings name them. Any thread.
@@ -41,12 +46,12 @@ class AddedTools {
   [[nodiscard]] std::span<const ToolRow> all() const { return {rows_.get(), count_.load(std::memory_order_acquire)}; }
   /// Throws Error: a formula that cannot be read, an id that another tool has, numbers out of order, too many tools.
   /// What was added word for word before is given back.
-  const ToolRow& add(const FormulaTool& tool);
+  const ToolRow& add(const AddedTool& tool);
   /// The same of what a script or a journal brings along, whose id another tool may have: then it gets a number behind
   /// it. The plugin does not matter.
-  const ToolRow& addBeside(FormulaTool tool);
-  /// What was added as this row; null: it is no formula's.
-  [[nodiscard]] const FormulaTool* formulaOf(const ToolRow& row);
+  const ToolRow& addBeside(AddedTool tool);
+  /// What was added as this row; null: it is the program's.
+  [[nodiscard]] const AddedTool* addedAs(const ToolRow& row);
   /// Why there is no such tool, in a sentence, for whoever asks for it.
   void explain(std::string_view id, std::string sentence);
   /// Empty: nothing is known of it.

@@ -763,10 +763,12 @@ std::shared_ptr<const clay::Brush> brushOf(const Tool& tool, const clay::Grid& g
   brush->shape = tool.content.shape;
   brush->image = tool.content.image;
   brush->before = before;
-  if (row.formula) {
+  if (const AddedTool* added = addedTools().addedAs(row)) {
     // The table holds it as long as the program runs.
     brush->formula = std::shared_ptr<const clay::Formula>(std::shared_ptr<void>(), row.formula);
-    for (size_t i = 0; i < row.formula->parameters(); ++i) brush->values.push_back(static_cast<float>(tool.own[i]));
+    brush->external = added->external;
+    brush->adds = row.adds;
+    for (size_t i = 0; i < added->numbers.size(); ++i) brush->values.push_back(static_cast<float>(tool.own[i]));
   }
   brush->quality = tool.quality.clay;
   // What the stamps of a pass add up to where its middle goes is the area below the smooth falloff, 16/15 of a radius,

@@ -2,6 +2,7 @@
 // The tools that there are.
 
 #include <span>
+#include <string>
 #include <string_view>
 
 #include "engine/document/parameter.h"
@@ -9,6 +10,11 @@
 #include "haptics/scene/scene.h"
 
 namespace argil::engine {
+
+/// The plugin that a tool came by.
+struct ToolOrigin {
+  std::string id, version, checksum;  ///< Of its plugin.json.
+};
 
 /// What a tool needs a file for.
 enum class ToolFile : uint8_t { none, image, shape };
@@ -30,8 +36,11 @@ struct ToolRow {
   clay::Falloff falloff = clay::Falloff::smooth;  ///< A standard tool's.
   clay::Tip tip = clay::Tip::ball;
   double strength = 1;
-  const clay::Formula* formula = nullptr;  ///< Of Method::formula; Tool::own are its parameters.
-  std::string_view plugin = {};            ///< That it came by: its id. Empty: of the program.
+  bool adds = false;  ///< clay::Brush::adds.
+  // Of a tool that was added (engine/tools/added_tools.h); Tool::own are its parameters.
+  const clay::Formula* formula = nullptr;
+  const clay::ExternalBrush* external = nullptr;
+  const ToolOrigin* origin = nullptr;  ///< Null: of the program. Its id is empty where a script brought the tool along.
 };
 
 /// The last of each row's parameters are those that every tool has: how the hand drives it.

@@ -2,13 +2,12 @@
 
 #include <fcntl.h>
 #include <poll.h>
-#include <sched.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <chrono>
 #include <cmath>
@@ -17,9 +16,9 @@
 #include <optional>
 #include <vector>
 
+#include "io/bytes/child_process.h"
 #include "io/bytes/input.h"
-
-extern char** environ;
+#include "io/sandbox/descriptor.h"
 
 namespace argil::io {
 
@@ -30,12 +29,6 @@ constexpr size_t kPipeBytes = size_t{1} << 20;
 constexpr const char* kGarbage =
     "could not be read, as the reader sent what it should not; export it again, or install argil again";
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kSanitized = true;
-#else
-constexpr bool kSanitized = false;
-#endif
-
 /// The process and the end of its pipe that is ours: gone with this.
 class Process {
  public:
@@ -44,71 +37,20 @@ class Process {
     int ends[2];
     if (::pipe2(ends, O_CLOEXEC) != 0)
       throw Error(std::string("no pipe to the reader could be made (") + std::strerror(errno) + ")", Error::Kind::work);
-    pipe_ = ends[0];
-    ::fcntl(pipe_, F_SETPIPE_SZ, int(kPipeBytes));
-    ::fcntl(pipe_, F_SETFL, O_NONBLOCK);
-
-    posix_spawn_file_actions_t files;
-    ::posix_spawn_file_actions_init(&files);
-    if (input >= 0)
-      ::posix_spawn_file_actions_adddup2(&files, input, STDIN_FILENO);
-    else
-      ::posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-    ::posix_spawn_file_actions_adddup2(&files, ends[1], STDOUT_FILENO);
-    // What libraries print is nobody's concern, but for the reports of sanitizers.
-    if (!kSanitized) ::posix_spawn_file_actions_addopen(&files, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-    ::posix_spawn_file_actions_addclosefrom_np(&files, STDERR_FILENO + 1);
-    posix_spawnattr_t attributes;
-    ::posix_spawnattr_init(&attributes);
-    sigset_t none, all;
-    ::sigemptyset(&none);
-    ::sigfillset(&all);
-    ::posix_spawnattr_setsigmask(&attributes, &none);
-    ::posix_spawnattr_setsigdefault(&attributes, &all);
-    const sched_param ordinary{};
-    ::posix_spawnattr_setschedpolicy(&attributes, SCHED_OTHER);
-    ::posix_spawnattr_setschedparam(&attributes, &ordinary);
-    ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSCHEDULER);
-
-    std::vector<char*> words;
-    for (const std::string& argument : arguments) words.push_back(const_cast<char*>(argument.c_str()));
-    words.push_back(nullptr);
-    const int failed = ::posix_spawn(&pid_, program.c_str(), &files, &attributes, words.data(), environ);
-    ::posix_spawnattr_destroy(&attributes);
-    ::posix_spawn_file_actions_destroy(&files);
-    ::close(ends[1]);
-    if (failed != 0) {
-      pid_ = -1;
-      ::close(pipe_);
-      throw Error("the reader " + displayName(program) + " cannot be started (" + std::strerror(failed) +
-                      "); install argil again",
-                  Error::Kind::work);
-    }
+    const Descriptor theirs(ends[1]);
+    pipe_.emplace(ends[0]);
+    ::fcntl(pipe(), F_SETPIPE_SZ, int(kPipeBytes));
+    ::fcntl(pipe(), F_SETFL, O_NONBLOCK);
+    const std::array<ChildProcess::File, 2> files{{{input, STDIN_FILENO}, {theirs.get(), STDOUT_FILENO}}};
+    process_.emplace(program, arguments, files);
   }
-  ~Process() {
-    if (pid_ > 0) {
-      ::kill(pid_, SIGKILL);
-      static_cast<void>(wait());
-    }
-    ::close(pipe_);
-  }
-  Process(const Process&) = delete;
-  Process& operator=(const Process&) = delete;
-
-  [[nodiscard]] int pipe() const { return pipe_; }
-
+  [[nodiscard]] int pipe() const { return pipe_->get(); }
   /// How it ended, as waitpid says it. Waits.
-  int wait() {
-    int status = 0;
-    while (::waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
-    }
-    pid_ = -1;
-    return status;
-  }
+  int wait() { return process_->wait(); }
 
  private:
-  pid_t pid_ = -1;
-  int pipe_ = -1;
+  std::optional<Descriptor> pipe_;
+  std::optional<ChildProcess> process_;
 };
 
 [[noreturn]] void failMemory(const std::string& name, const ReaderLimits& limits) {
@@ -240,7 +182,7 @@ void run(const std::string& what, const std::string& file, int input, const std:
   if (spokenBytes) return takeSpoken(name, take, limits);
   const std::filesystem::path program = readerProgram();
   Process process(program,
-                  {program.string(), what, file, std::to_string(limits.memoryBytes),
+                  {what, file, std::to_string(limits.memoryBytes),
                    std::to_string(std::lround(std::ceil(limits.seconds))), std::to_string(limits.edge)},
                   input);
   const auto begin = std::chrono::steady_clock::now();
@@ -285,22 +227,7 @@ std::string wireText(std::span<const std::byte> payload) {
 }
 
 std::filesystem::path readerProgram() {
-  if (const char* named = std::getenv("ARGIL_READER"); named != nullptr && *named != '\0') {
-    if (::access(named, X_OK) == 0) return named;
-    throw Error("the program " + displayName(named) +
-                    ", which ARGIL_READER names, is not there: it reads glTF, Draco, OpenVDB and pictures; name "
-                    "argil-reader or "
-                    "unset the variable",
-                Error::Kind::work);
-  }
-  std::error_code failed;
-  const std::filesystem::path beside =
-      std::filesystem::read_symlink("/proc/self/exe", failed).parent_path() / "argil-reader";
-  if (!failed && ::access(beside.c_str(), X_OK) == 0) return beside;
-  throw Error(
-      "the program " + displayName(beside) +
-          " is not there: it reads glTF, Draco, OpenVDB and pictures; install argil again or name it in ARGIL_READER",
-      Error::Kind::work);
+  return programBeside("argil-reader", "ARGIL_READER", "it reads glTF, Draco, OpenVDB and pictures");
 }
 
 void runReader(const std::string& what, const std::filesystem::path& file, const Take& take, Job* job,

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "clay/base/error.h"
-#include "io/reader/descriptor.h"
 #include "io/reader/reader.h"
+#include "io/sandbox/descriptor.h"
 
 namespace argil::io::reader {
 

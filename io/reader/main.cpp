@@ -20,7 +20,7 @@
 
 #include "clay/base/error.h"
 #include "io/reader/reader.h"
-#include "io/reader/sandbox.h"
+#include "io/sandbox/sandbox.h"
 
 namespace argil::io::reader {
 
@@ -43,6 +43,22 @@ void tryForbidden(const std::filesystem::path& file, Sender& sender) {
   ::execl("/bin/true", "true", nullptr);  // whose empty stream is the note
 }
 
+namespace {
+
+// No file but `readable`, no calls but those of reading. A sentence for the user where the system can do only one of
+// the two, or neither.
+std::string confine(const std::filesystem::path& readable) {
+  if (kConfinesNothing) return {};
+  const bool files = confineFiles(std::span(&readable, 1)), calls = confineCalls(Calls::reading);
+  if (files && calls) return {};
+  const std::string cannot = "this system cannot confine the program that reads such files";
+  if (calls)
+    return cannot + " to this one (it has no Landlock): it could read others of yours if a damaged file misled it";
+  if (files) return cannot + " fully (it has no seccomp): open only files that you trust";
+  return cannot + " (it has neither seccomp nor Landlock): open only files that you trust";
+}
+
+}  // namespace
 }  // namespace argil::io::reader
 
 int main(int argc, char** argv) {
@@ -59,10 +75,11 @@ int main(int argc, char** argv) {
   const std::filesystem::path file = argv[2];
   reader::Sender sender;
   try {
-    reader::limitResources(argc > 3 ? std::strtoull(argv[3], nullptr, 10) : uint64_t{4} << 30,
-                           argc > 4 ? std::strtoull(argv[4], nullptr, 10) : 120);
-    const std::string unconfined =
-        reader::confine(file, what == "gltf" ? reader::Readable::folder : reader::Readable::file);
+    limitResources({.memoryBytes = argc > 3 ? std::strtoull(argv[3], nullptr, 10) : uint64_t{4} << 30,
+                    .cpuSeconds = argc > 4 ? std::strtoull(argv[4], nullptr, 10) : 120,
+                    .endsWithParentThread = true});
+    // glTF keeps its buffers in its folder.
+    const std::string unconfined = reader::confine(what == "gltf" ? file.parent_path() : file);
     if (!unconfined.empty()) sender.note(unconfined);
     if (what == "gltf") {
       reader::readGltf(file, sender);

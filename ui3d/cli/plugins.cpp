@@ -5,6 +5,7 @@
 
 #include "clay/base/error.h"
 #include "engine/plugins/check_plugin.h"
+#include "engine/plugins/new_plugin.h"
 #include "engine/plugins/plugins.h"
 #include "engine/text/parameter_text.h"
 #include "engine/tools/tool_table.h"
@@ -30,7 +31,7 @@ nlohmann::ordered_json jsonOf(const FoundPlugin& found) {
                {"help", plugin.help},
                {"checksum", plugin.checksum},
                {"brushes", nlohmann::ordered_json::array()}});
-  for (const engine::FormulaTool& brush : plugin.brushes) {
+  for (const auto& [brush, facts] : plugin.brushes) {
     nlohmann::ordered_json numbers = nlohmann::ordered_json::array();
     for (const auto& number : brush.numbers)
       numbers.push_back({{"id", number.id},
@@ -40,13 +41,19 @@ nlohmann::ordered_json jsonOf(const FoundPlugin& found) {
                          {"low", number.low},
                          {"high", number.high},
                          {"standard", number.standard}});
-    json["brushes"].push_back({{"id", brush.id},
-                               {"name", brush.name},
-                               {"help", brush.help},
-                               {"formula", brush.formula},
-                               {"numbers", numbers}});
+    nlohmann::ordered_json each{{"id", brush.id}, {"name", brush.name}, {"help", brush.help}};
+    if (!facts) each["formula"] = brush.formula;
+    each["numbers"] = std::move(numbers);
+    json["brushes"].push_back(std::move(each));
   }
   return json;
+}
+
+// What it is allowed, in words.
+std::string mayOf(const engine::Plugin& plugin) {
+  return plugin.library.empty() ? "compute with what a brush is given, and nothing else"
+                                : "run code in a process of its own, which opens no file, no connection and no other "
+                                  "process";
 }
 
 void list(const engine::Plugins& plugins, bool json) {
@@ -82,9 +89,12 @@ void describe(const engine::Plugins& plugins, const std::string& id, bool json) 
   fmt::print("{} {} ({}), {}\n{}\n", plugin.name, plugin.version, plugin.id, engine::nameOf(found->state), plugin.help);
   fmt::print("  folder      {}\n  licence     {}\n  checksum    {}\n", found->folder.string(), plugin.licence,
              plugin.checksum);
-  fmt::print("  may         compute with what a brush is given; nothing else, as it is formulas alone\n");
-  for (const engine::FormulaTool& brush : plugin.brushes) {
-    fmt::print("\n{} ({})\n  {}\n  formula     {}\n", brush.name, brush.id, brush.help, brush.formula);
+  fmt::print("  may         {}\n", mayOf(plugin));
+  if (!plugin.library.empty())
+    fmt::print("  library     {}\n", engine::libraryOf(plugin, found->folder, {}).file.string());
+  for (const auto& [brush, facts] : plugin.brushes) {
+    fmt::print("\n{} ({})\n  {}\n", brush.name, brush.id, brush.help);
+    if (!facts) fmt::print("  formula     {}\n", brush.formula);
     for (const auto& number : brush.numbers)
       fmt::print("  {:<11} {:g} to {:g}{}{}, {:g}: {}\n", number.id, number.low, number.high,
                  number.unit.empty() ? "" : " ", number.unit, number.standard, number.help);
@@ -95,27 +105,30 @@ void describe(const engine::Plugins& plugins, const std::string& id, bool json) 
 
 void plugins(const PluginsOptions& options) {
   if (!options.make.empty()) {
-    engine::newPlugin(options.make[0], options.make[1]);
+    const std::string& folder = options.make[1];
+    engine::newPlugin(options.make[0], folder);
     fmt::print(
-        "{}: argil plugins check {} tries it; put it into one of the folders that argil plugins names, and "
-        "enable it\n",
-        options.make[1], options.make[1]);
+        "{} is there.{} argil plugins check {} tries it; {}/try.json uses it, once it lies in one of the folders "
+        "that argil plugins names and is enabled.\n",
+        folder, options.make[0] == "brush" ? fmt::format(" sh {}/build.sh compiles it.", folder) : "", folder, folder);
     return;
   }
   if (!options.check.empty()) {
     bool good = true;
     for (const engine::PluginCheck& check : engine::checkPlugin(options.check)) {
-      fmt::print("{} {}{}{}\n", check.problem.empty() ? "ok    " : "FAILED", check.name,
-                 check.problem.empty() ? "" : ": ", check.problem);
+      const std::string& more = check.problem.empty() ? check.measured : check.problem;
+      fmt::print("{} {}{}{}\n", check.problem.empty() ? "ok    " : "FAILED", check.name, more.empty() ? "" : ": ",
+                 more);
       good = good && check.problem.empty();
     }
     if (!good) throw Error(fmt::format("{}: not as it should be", options.check), Error::Kind::work);
     return;
   }
   engine::Plugins plugins;
+  plugins.compareLibraries();
   if (!options.enable.empty()) {
     plugins.enable(options.enable);
-    fmt::print("{} is enabled: it may compute with what a brush is given, and nothing else\n", options.enable);
+    fmt::print("{} is enabled: it may {}\n", options.enable, mayOf(plugins.find(options.enable)->plugin));
   } else if (!options.disable.empty()) {
     plugins.disable(options.disable);
     fmt::print("{} is not enabled any longer\n", options.disable);

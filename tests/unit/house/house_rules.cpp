@@ -19,20 +19,21 @@ namespace fs = std::filesystem;
 const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"clay", {}},
     {"plugins/sdk", {}},
+    {"plugins/runner", {"plugins/sdk", "io", "clay"}},
     {"haptics", {"clay"}},
     {"io", {"clay"}},
     {"render", {"clay"}},
-    {"engine", {"haptics", "io", "clay", "plugins/sdk"}},
+    {"engine", {"haptics", "io", "clay", "plugins/sdk", "plugins/runner"}},
     {"bench", {"engine", "render", "haptics", "io", "clay"}},
-    {"ui3d", {"engine", "render", "haptics", "io", "clay", "plugins/sdk"}},
+    {"ui3d", {"engine", "render", "haptics", "io", "clay", "plugins/sdk", "plugins/runner"}},
 };
 // Folders of a module from the ground up: each may include what stands before it. Files beside them may include all,
 // and nothing in a folder includes those.
 const std::map<std::string, std::vector<std::string>> kFloors = {
     {"clay", {"base", "kernels", "store", "field", "mesh", "surface", "import", "brush", "whole"}},
     {"haptics", {"base", "threads", "scene", "contact", "servo", "devices", "analysis"}},
-    {"io", {"bytes", "records", "reader", "models"}},
-    {"engine", {"document", "tools", "text", "saving", "models", "session"}},
+    {"io", {"bytes", "records", "sandbox", "reader", "models"}},
+    {"engine", {"document", "tools", "text", "plugins", "saving", "models", "session"}},
     {"render", {"view", "surface", "gpu", "renderer"}},
     {"ui3d/studio", {"view", "files", "input", "widgets", "kit", "panels"}},
 };

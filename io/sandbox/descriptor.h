@@ -3,7 +3,7 @@
 
 #include <unistd.h>
 
-namespace argil::io::reader {
+namespace argil::io {
 
 class Descriptor {
  public:
@@ -19,4 +19,4 @@ class Descriptor {
   int fd_;
 };
 
-}  // namespace argil::io::reader
+}  // namespace argil::io

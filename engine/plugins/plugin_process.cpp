@@ -1,0 +1,265 @@
+#include "engine/plugins/plugin_process.h"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <signal.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <bit>
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <new>
+#include <utility>
+
+#include "io/bytes/input.h"
+#include "io/sandbox/sandbox.h"
+#include "plugins/runner/futex.h"
+
+namespace argil::engine {
+
+using plugin::Channel;
+using Clock = std::chrono::steady_clock;
+
+namespace {
+
+constexpr int64_t kLookNs = 2'000'000;  // between two looks at a process that has not answered
+
+double seconds(Clock::duration d) {
+  return std::chrono::duration<double>(d).count();
+}
+
+// Of a process and all its threads; 0 when it is not there any more.
+double processorSeconds(pid_t pid) {
+  clockid_t clock;
+  timespec time{};
+  if (::clock_getcpuclockid(pid, &clock) != 0 || ::clock_gettime(clock, &time) != 0) return 0;
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+// Whether some thread of a process computes or waits for a processor, or the disk that its memory went to.
+bool computes(pid_t pid) {
+  const std::string folder = fmt::format("/proc/{}/task", pid);
+  const std::unique_ptr<DIR, int (*)(DIR*)> threads(::opendir(folder.c_str()), ::closedir);
+  if (!threads) return false;
+  while (const dirent* each = ::readdir(threads.get())) {
+    if (each->d_name[0] == '.') continue;
+    std::ifstream in(fmt::format("{}/{}/stat", folder, each->d_name));
+    std::string line;
+    std::getline(in, line);
+    const size_t name = line.rfind(')');
+    if (name != std::string::npos && name + 2 < line.size() && (line[name + 2] == 'R' || line[name + 2] == 'D'))
+      return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::string_view nameOf(PluginFault fault) {
+  switch (fault) {
+    case PluginFault::notThere:
+      return "not there";
+    case PluginFault::cannotLoad:
+      return "cannot be loaded";
+    case PluginFault::noEntry:
+      return "no plugin of this version";
+    case PluginFault::notAsSaid:
+      return "not as plugin.json says";
+    case PluginFault::crashed:
+      return "crash";
+    case PluginFault::hung:
+      return "hang";
+    case PluginFault::memory:
+      return "too much memory";
+    case PluginFault::outside:
+      return "a write outside of its batch";
+    case PluginFault::notFinite:
+      return "a number that is not finite";
+    case PluginFault::failed:
+      return "failure";
+  }
+  return "";
+}
+
+void PluginProcess::Unmap::operator()(void* memory) const {
+  ::munmap(memory, plugin::kChannelBytes);
+}
+PluginProcess::Fd::~Fd() {
+  if (fd >= 0) ::close(fd);
+}
+
+std::filesystem::path pluginProgram() {
+  return io::programBeside("argil-plugin", "ARGIL_PLUGIN", "it runs plugins");
+}
+
+PluginProcess::PluginProcess(const PluginLibrary& library, int threads, const PluginLimits& limits)
+    : library_(library), limits_(limits), threads_(std::clamp(threads, 1, int{plugin::kMostThreads})) {
+  const auto cannot = [&](const std::string& why) {
+    throw PluginError(PluginFault::notThere, fmt::format("{} cannot be started: {}", library_.name, why));
+  };
+  if (std::error_code none; !std::filesystem::is_regular_file(library_.file, none))
+    cannot(fmt::format("there is no {}; it was made for another machine, or is not built yet",
+                       io::displayName(library_.file)));
+  Fd shared, end;
+  shared.fd = ::memfd_create("argil-plugin", MFD_CLOEXEC | MFD_ALLOW_SEALING);
+  // Sealed: memory that the other side made shorter would end us.
+  if (shared.fd < 0 || ::ftruncate(shared.fd, off_t(plugin::kChannelBytes)) != 0 ||
+      ::fcntl(shared.fd, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL) != 0)
+    cannot(fmt::format("no memory can be shared with it ({})", std::strerror(errno)));
+  void* mapped = ::mmap(nullptr, plugin::kChannelBytes, PROT_READ | PROT_WRITE, MAP_SHARED, shared.fd, 0);
+  if (mapped == MAP_FAILED) cannot(fmt::format("no memory can be shared with it ({})", std::strerror(errno)));
+  memory_.reset(mapped);
+  auto* channel = ::new (mapped) Channel{};
+  channel->magic = plugin::kChannelMagic;
+  int ends[2];
+  if (::pipe2(ends, O_CLOEXEC) != 0) cannot(std::strerror(errno));
+  end.fd = ends[0];
+  life_.fd = ends[1];
+  try {
+    const std::array<io::ChildProcess::File, 2> files{{{end.fd, plugin::kLifeFd}, {shared.fd, plugin::kChannelFd}}};
+    process_ = std::make_unique<io::ChildProcess>(
+        pluginProgram(),
+        std::vector<std::string>{library_.file.string(), library_.folder.string(), std::to_string(threads_),
+                                 std::to_string(limits_.memoryBytes)},
+        files);
+  } catch (const Error& error) {
+    cannot(error.what());
+  }
+  waitFor(0, limits_.startS);
+  switch (channel->refusal) {
+    case plugin::Refusal::none:
+      break;
+    case plugin::Refusal::cannotLoad:
+      this->end(PluginFault::cannotLoad, fmt::format("cannot be loaded: {}", sentence()));
+    case plugin::Refusal::initFailed:
+      this->end(PluginFault::failed, fmt::format("could not begin: {}", sentence()));
+    default:
+      this->end(PluginFault::noEntry, fmt::format("is no plugin that this Argil can use: {}", sentence()));
+  }
+  if (const std::string id = textOf(channel->id); id != library_.id)
+    this->end(PluginFault::notAsSaid, fmt::format("calls itself {}, and plugin.json calls it {}", id, library_.id));
+  if (const std::string version = textOf(channel->version); version != library_.version)
+    this->end(PluginFault::notAsSaid, fmt::format("is version {}, and plugin.json says {}", version, library_.version));
+}
+
+void PluginProcess::call(plugin::Command command) {
+  if (ended_) throw PluginError(*ended_);
+  Channel& shared = channel();
+  shared.command = command;
+  const uint32_t before = shared.answered.load();
+  shared.asked.fetch_add(1);
+  plugin::wakeAll(shared.asked);
+  waitFor(before, limits_.callS * threads_);
+  if (const argil_status status = shared.status; status != ARGIL_OK) {
+    if (shared.refusal == plugin::Refusal::unknownThing)
+      throw PluginError(PluginFault::notAsSaid,
+                        fmt::format("{} has no {}, though plugin.json says so", library_.name, textOf(shared.thing)));
+    if (status == ARGIL_NO_MEMORY)
+      throw PluginError(PluginFault::memory, fmt::format("{} needs more than the {} MiB of memory that it may have",
+                                                         library_.name, limits_.memoryBytes >> 20));
+    const std::string why = sentence();
+    throw PluginError(PluginFault::failed,
+                      fmt::format("{} failed{}", library_.name, why.empty() ? ", and does not say why" : ": " + why));
+  }
+}
+
+// A process that computes may take its processor time, however busy the machine is; one that sleeps has stopped
+// working.
+void PluginProcess::waitFor(uint32_t before, double most) {
+  Channel& shared = channel();
+  if (shared.answered.load() != before) return;
+  plugin::sleepWhile(shared.answered, before, kLookNs);
+  if (shared.answered.load() != before) return;
+  const double began = processorSeconds(pid());
+  Clock::time_point lastSeen = Clock::now();
+  for (;;) {
+    if (const auto status = process_->ended()) {
+      if (shared.answered.load() != before && shared.refusal != plugin::Refusal::none) return;
+      failEnd(*status);
+    }
+    plugin::sleepWhile(shared.answered, before, kLookNs);
+    if (shared.answered.load() != before) return;
+    const Clock::time_point now = Clock::now();
+    if (processorSeconds(pid()) - began > most)
+      end(PluginFault::hung, fmt::format("computed for more than {:.2g} s without an answer and was stopped", most));
+    if (computes(pid()))
+      lastSeen = now;
+    else if (seconds(now - lastSeen) > limits_.silentS)
+      end(PluginFault::hung, fmt::format("did not answer for {:.2g} s and was stopped", limits_.silentS));
+  }
+}
+
+void PluginProcess::end(PluginFault fault, const std::string& what) {
+  process_->kill();
+  (void)process_->wait();
+  ended_ = std::make_unique<PluginError>(fault, fmt::format("{} {}", library_.name, what));
+  throw PluginError(*ended_);
+}
+
+void PluginProcess::failEnd(int status) {
+  const auto stage = static_cast<plugin::Stage>(channel().stage.load());
+  const char* when = stage == plugin::Stage::loading    ? " while it was loaded"
+                     : stage == plugin::Stage::entering ? " while it began"
+                     : stage != plugin::Stage::ready    ? " before it was loaded"
+                                                        : "";
+  end(PluginFault::crashed, WIFSIGNALED(status) ? fmt::format("crashed{} ({})", when, ::strsignal(WTERMSIG(status)))
+                                                : fmt::format("ended its process{}", when));
+}
+
+bool PluginProcess::alive() {
+  return !ended_ && !process_->ended();
+}
+
+std::string PluginProcess::textOf(const char (&text)[plugin::kMostText]) {
+  char copy[plugin::kMostText];
+  std::memcpy(copy, text, sizeof copy);
+  std::atomic_signal_fence(std::memory_order_seq_cst);
+  std::string line(copy, ::strnlen(copy, sizeof copy));
+  for (char& c : line)
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+  return line;
+}
+
+std::string PluginProcess::sentence() const {
+  return textOf(channel().text);
+}
+
+std::string PluginProcess::refusedCall() const {
+  const uint32_t refused = channel().refusedCall.load();
+  if (refused == 0) return {};
+  const std::string call = io::callName(int(refused) - 1);
+  const auto is = [&](std::initializer_list<std::string_view> names) {
+    return std::find(names.begin(), names.end(), call) != names.end();
+  };
+  if (is({"fork", "vfork", "clone", "clone3", "execve", "execveat"})) return "start another process";
+  if (is({"socket", "socketpair", "connect", "bind", "sendto", "sendmsg"})) return "open a connection";
+  if (is({"open",      "openat",    "openat2",  "creat",      "unlink",     "unlinkat", "rename",     "renameat",
+          "renameat2", "mkdir",     "mkdirat",  "truncate",   "stat",       "lstat",    "newfstatat", "statx",
+          "access",    "faccessat", "readlink", "readlinkat", "getdents64", "getcwd"}))
+    return "look at files";
+  if (is({"kill", "tkill", "tgkill", "ptrace", "process_vm_readv", "process_vm_writev"}))
+    return "reach another process";
+  return fmt::format("make the system call {}", call);
+}
+
+std::string PluginProcess::unconfined() const {
+  switch (channel().unconfined.load() & 3) {
+    case 1:
+      return "this system cannot keep it from reading your files while it is loaded (it has no Landlock)";
+    case 2:
+      return "this system cannot confine what it calls (it has no seccomp)";
+    case 3:
+      return "this system cannot confine it (it has neither seccomp nor Landlock)";
+    default:
+      return {};
+  }
+}
+
+}  // namespace argil::engine

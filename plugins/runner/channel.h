@@ -1,0 +1,80 @@
+#pragma once
+// What argil and argil-plugin share: a file without a name, mapped by both. Argil asks, the other answers; neither
+// believes the other. Layout of one build: both programs are installed together.
+
+#include <atomic>
+#include <cstdint>
+
+#include "plugins/sdk/argil_plugin.h"
+
+namespace argil::plugin {
+
+inline constexpr uint64_t kChannelMagic = 0x31474c5050475241;  // of this layout
+inline constexpr uint32_t kMostText = 512;                     // of a sentence, an id, a version
+inline constexpr uint32_t kMostParameters = 8, kMostImages = 64;
+inline constexpr uint32_t kMostThreads = 8;
+/// Behind the Channel, for what is worked on.
+inline constexpr uint64_t kWindowBytes = uint64_t{64} << 20;
+/// Descriptors that argil-plugin is started with: the pipe that ends with argil, the channel.
+inline constexpr int kLifeFd = 0, kChannelFd = 3;
+
+enum class Command : uint32_t { none, describeBrush, beginStroke, bricks, endStroke };
+
+/// How far argil-plugin came before it answered for the first time.
+enum class Stage : uint32_t {
+  starting,
+  confining,
+  loading,   ///< In dlopen(): the library's constructors.
+  entering,  ///< In argil_plugin_1() or init().
+  ready,
+};
+
+/// Why it could not begin; Channel::text says the rest.
+enum class Refusal : uint32_t {
+  none,
+  cannotLoad,   ///< dlopen() failed.
+  noEntry,      ///< It does not export argil_plugin_1.
+  nothing,      ///< argil_plugin_1() gave nothing, or a struct without what this version needs.
+  initFailed,   ///< init() failed.
+  unknownThing  ///< It has nothing of the kind and id that was asked for.
+};
+
+struct BatchPlace {
+  uint32_t count = 0, margin = 0;
+  uint32_t brick = 0, plane = 0, row = 0;  ///< Floats.
+  // Bytes from the window's beginning.
+  uint64_t coords = 0, phi = 0, weight = 0, out = 0;
+};
+
+struct Channel {
+  uint64_t magic;
+  // Count questions and answers: words that the other side sleeps on.
+  std::atomic<uint32_t> asked, answered;
+  std::atomic<uint32_t> cancel;  ///< Not zero: stop.
+  std::atomic<uint32_t> stage;
+  std::atomic<uint32_t> refusedCall;   ///< 1 + the number of the first system call that was refused; 0: none was.
+  std::atomic<uint32_t> unconfined;    ///< Bits: 1: files are not confined, 2: system calls are not.
+  std::atomic<uint64_t> progressBits;  ///< A double.
+  Command command;
+  int32_t status;
+  Refusal refusal;
+  char text[kMostText];  ///< The last sentence.
+  char id[kMostText], version[kMostText];
+
+  // Of the thing that is asked for.
+  char thing[kMostText];
+  uint32_t flags, margin, parameterCount;
+  char parameterIds[kMostParameters][kMostText];
+
+  argil_stroke stroke;  ///< Its pointer is set by the other side.
+  float parameters[kMostParameters];
+  uint32_t imageCount;
+  argil_image images[kMostImages];
+  BatchPlace batch;
+};
+static_assert(std::atomic<uint32_t>::is_always_lock_free && std::atomic<uint64_t>::is_always_lock_free);
+
+inline constexpr uint64_t kWindowAt = (sizeof(Channel) + 4095) / 4096 * 4096;
+inline constexpr uint64_t kChannelBytes = kWindowAt + kWindowBytes;
+
+}  // namespace argil::plugin

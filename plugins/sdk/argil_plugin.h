@@ -1,0 +1,158 @@
+/* Argil's plugin interface, version 1. Needs C11 and these two headers; a plugin links nothing of Argil.
+ *
+ * A plugin is a folder NAME.argil-plugin with
+ *   plugin.json                 what it brings, read without running it: docs/plugins.md
+ *   x86_64-linux/LIBRARY.so     the library that plugin.json names, which exports argil_plugin_1()
+ *
+ * The library runs in a process of its own, argil-plugin, which is confined before the library is loaded and once more
+ * after init(): it can compute and start threads; it opens no file but its own folder and the system's libraries, and
+ * none at all after init(); it opens no connection and starts no process. A call that is refused fails with EPERM, and
+ * the user is told. When the process ends or does not answer, the stroke or job that it worked for ends, what it had
+ * not finished is as before, and the user is told which plugin it was.
+ *
+ * Rules for every struct: the first member is its size, as the side that made it knows the struct. Versions only append
+ * members, so whoever reads one looks at no more than `size` bytes and takes what lies beyond it for absent (0).
+ * Rules for every pointer: what a call is given is valid until it returns; what the plugin returns by pointer stays its
+ * own and valid until deinit(). Memory never changes owner. Texts are UTF-8 and end with a 0. No exception and no
+ * longjmp may leave a call.
+ *
+ * Threads, as each function says: [main] the process's first thread; [worker] any thread of the host's in the process,
+ * several at once.
+ *
+ * Equal input must give equal bits, on every CPU and for every division of the work. Compile with -ffp-contract=off and
+ * keep to + - * / sqrtf, min and max (libm's sinf differs from system to system). */
+#ifndef ARGIL_PLUGIN_H
+#define ARGIL_PLUGIN_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define ARGIL_PLUGIN_MAJOR 1
+#define ARGIL_PLUGIN_MINOR 0
+
+/* What a call ended with. Other values count as ARGIL_FAILED. */
+typedef int32_t argil_status;
+#define ARGIL_OK ((argil_status)0)
+#define ARGIL_FAILED ((argil_status)1)    /* say() has told why, if anything is known. */
+#define ARGIL_CANCELLED ((argil_status)2) /* cancelled() said true. */
+#define ARGIL_NO_MEMORY ((argil_status)3)
+
+/* What the program does for a plugin. Valid from init() to deinit(). */
+typedef struct argil_host {
+  uint32_t size;
+  uint32_t minor; /* ARGIL_PLUGIN_MINOR of the program. */
+  void* self;     /* First argument of each function below. */
+  /* A sentence for the user, cut after 400 bytes: the last one before a failure is its reason. [main, worker] */
+  void (*say)(void* self, const char* sentence);
+  /* How much of an operation, an import or an export is done, 0 to 1. Costs nothing. [main] */
+  void (*progress)(void* self, double done);
+  /* Whether the user has asked to stop: return ARGIL_CANCELLED within 100 ms. Costs nothing. [main, worker] */
+  bool (*cancelled)(void* self);
+} argil_host;
+
+/* The entry. A new major version gets a new symbol; a library may export both. */
+typedef struct argil_plugin {
+  uint32_t size;
+  uint32_t minor;      /* ARGIL_PLUGIN_MINOR that it was compiled with. */
+  const char* id;      /* As plugin.json has it. */
+  const char* version; /* As plugin.json has it. */
+  /* Called before anything else but argil_plugin_1() itself, and again, nested, when the library is opened twice:
+   * count. What it does not allow for is read here, as no file can be opened afterwards. [main] */
+  argil_status (*init)(const argil_host* host);
+  /* As often as init() succeeded. [main] */
+  void (*deinit)(void);
+  /* The index-th thing of a kind ("argil.brush/1", …): a pointer to the struct of that kind; null behind the last, and
+   * for kinds that it does not know. The same every time. [main] */
+  const void* (*get)(const char* kind, uint32_t index);
+} argil_plugin;
+
+#if defined(__GNUC__)
+#define ARGIL_EXPORT __attribute__((visibility("default")))
+#else
+#define ARGIL_EXPORT
+#endif
+
+/* What a library exports. Null: it cannot work here. [main, once] */
+ARGIL_EXPORT const argil_plugin* argil_plugin_1(void);
+#define ARGIL_PLUGIN_SYMBOL "argil_plugin_1"
+
+/* ------------------------------------------------------------------------------------------------------------------
+ * Brushes. Clay is a signed distance field in bricks of 8 x 8 x 8 voxels: phi in voxels, below zero inside, true within
+ * `band` of the surface and no farther. A stamp is one place of a stroke where the tip works, swept from a to b; it has
+ * images where symmetry is on. For each stamp the brush is given all bricks within reach that hold or touch the
+ * surface, and says their new distances. */
+#define ARGIL_BRUSH_1 "argil.brush/1"
+
+/* What has to be renewed of the distances beside the surface that a brush leaves. */
+#define ARGIL_LEAVES_DISTANCES 0u /* They are distances still. */
+#define ARGIL_LEAVES_SLOPES 1u    /* Slopes may have changed. */
+#define ARGIL_LEAVES_VALUES 2u    /* Anything may have: the usual case. */
+#define ARGIL_BRUSH_LEAVES 3u     /* Mask of these in argil_brush::flags. */
+#define ARGIL_BRUSH_SERIAL 4u     /* bricks() is called by one thread at a time. */
+
+typedef struct argil_image {
+  uint32_t size;
+  float strength;    /* 0 to 1. */
+  double a[3], b[3]; /* Voxels: voxel (x, y, z) of brick (i, j, k) is at (8 i + x, 8 j + y, 8 k + z). */
+  double radius;     /* At a, voxels. */
+  double end_radius; /* At b. */
+  float axes[3][3];  /* axes[n]: the tip's n-th axis; unit vectors, mirrored in a mirror image. */
+  uint32_t reserved;
+} argil_image;
+
+typedef struct argil_stroke {
+  uint32_t size;
+  float band;          /* Voxels. */
+  double voxel_mm;     /* Edge of a voxel. */
+  double origin_mm[3]; /* Of voxel (0, 0, 0), in the piece. */
+  float amount;        /* 1, or -1 where the user inverts the brush. */
+  float per_stamp;     /* A stamp stands for so many of those that a brush is made for: 1 at usual spacing. */
+  uint32_t parameter_count;
+  uint32_t reserved;
+  const float* parameters; /* In the order of argil_brush::parameters. */
+} argil_stroke;
+
+typedef struct argil_batch {
+  uint32_t size;
+  uint32_t image_count; /* 1 to 64. */
+  const argil_image* images;
+  uint32_t count;             /* Bricks. */
+  uint32_t margin;            /* argil_brush::margin. */
+  const int32_t (*coords)[3]; /* Of each brick, in bricks. */
+  /* Distances: brick n, voxel (x, y, z) is phi[n * brick + (x + margin) * plane + (y + margin) * row + (z + margin)],
+   * x, y and z from -margin to 7 + margin. */
+  const float* phi;
+  uint32_t brick, plane, row; /* Floats. */
+  uint32_t reserved;
+  const float* weight; /* count x 512, x * 64 + y * 8 + z: the falloff times strength, the largest of all images. */
+  /* count x 512: new distances, phi where nothing changes. A value may differ from phi by 1.5 voxels, no more counts. A
+   * value that is not finite fails the stamp. Values of voxels whose weight is 0 do not count. */
+  float* out;
+} argil_batch;
+
+typedef struct argil_brush {
+  uint32_t size;
+  uint32_t flags;                /* ARGIL_LEAVES_..., ARGIL_BRUSH_SERIAL. */
+  const char* id;                /* As plugin.json has it. */
+  uint32_t margin;               /* Voxels around each brick that bricks() reads: 0, 1, 2 or 4. */
+  uint32_t parameter_count;      /* 0 to 8. */
+  const char* const* parameters; /* Their ids, as plugin.json has them. */
+  /* A stroke begins; what it returns is handed to the calls below. Null fails the stroke, unless `end` is null too.
+   * [main] */
+  void* (*begin)(const argil_stroke* stroke);
+  /* The new distances of some bricks of a stamp. Bricks have nothing to do with one another: what it gives for one
+   * follows from that brick, the images and what begin() returned alone, so that any division into batches gives the
+   * same. At most 250 ms of processor time a call. [worker] */
+  argil_status (*bricks)(void* stroke, const argil_batch* batch);
+  /* May be null. [main] */
+  void (*end)(void* stroke);
+} argil_brush;
+
+#ifdef __cplusplus
+}
+#endif
+#endif
