@@ -49,6 +49,7 @@ constexpr std::array kBenchmarks = {
     Benchmark{.name = "extremes", .run = benchExtremes, .byDefault = false},
     Benchmark{.name = "costs", .run = benchCosts},
     Benchmark{.name = "pairs", .run = benchPairs, .byDefault = false},
+    Benchmark{.name = "plugins", .run = benchPlugins, .byDefault = false},
     Benchmark{.name = "tradeoff", .run = benchTradeoff, .byDefault = false},
     Benchmark{.name = "stability", .run = benchStability, .byDefault = false, .draws = true},
 };

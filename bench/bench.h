@@ -120,6 +120,7 @@ void benchStability(BenchReport& report, const BenchOptions& options);
 void benchExtremes(BenchReport& report, const BenchOptions& options);
 void benchPairs(BenchReport& report, const BenchOptions& options);
 void benchCosts(BenchReport& report, const BenchOptions& options);
+void benchPlugins(BenchReport& report, const BenchOptions& options);
 void benchTradeoff(BenchReport& report, const BenchOptions& options);
 
 }  // namespace argil::bench

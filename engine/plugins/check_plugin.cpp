@@ -28,7 +28,7 @@ using Clock = std::chrono::steady_clock;
 constexpr double kRadius = 9, kBall = 30;  // voxels
 constexpr int kRandom = 6;                 // sets of numbers
 constexpr double kLoadMs = 100, kSlowest = 20;
-constexpr int kManyStrokes = 100;
+constexpr int kManyStrokes = 40;
 constexpr double kGrowthMb = 4;
 
 /// The same brush, given no more than some bricks at a time.

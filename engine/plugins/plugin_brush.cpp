@@ -147,18 +147,27 @@ PluginProcesses::PluginProcesses(PluginLibrary library, const PluginLimits& limi
     : library_(std::move(library)), limits_(limits) {}
 
 std::unique_ptr<PluginProcess> PluginProcesses::take(int threads) {
-  {
-    const std::lock_guard lock(mutex_);
-    if (faults_ >= kMostFaults)
-      throw Error(fmt::format("{} failed {} times and is not used again until Argil is started again", library_.name,
-                              kMostFaults),
-                  Error::Kind::work);
-    while (!waiting_.empty()) {
-      std::unique_ptr<PluginProcess> process = std::move(waiting_.back());
+  for (;;) {
+    std::unique_ptr<PluginProcess> process;
+    {
+      const std::lock_guard lock(mutex_);
+      if (faults_ >= kMostFaults)
+        throw Error(fmt::format("{} failed {} times and is not used again until Argil is started again", library_.name,
+                                kMostFaults),
+                    Error::Kind::work);
+      if (waiting_.empty()) {
+        ++started_;
+        break;
+      }
+      process = std::move(waiting_.back());
       waiting_.pop_back();
-      if (process->alive()) return process;  // one that ended while it had nothing to do harmed nobody
     }
-    ++started_;
+    // One that ended while it had nothing to do harmed nobody.
+    try {
+      process->call(plugin::Command::none);
+      return process;
+    } catch (const PluginError&) {
+    }
   }
   if (!library_.checksum.empty() && fileChecksum(library_.file) != library_.checksum)
     throw PluginError(

@@ -209,6 +209,7 @@ void Plugins::load(FoundPlugin& found) {
           libraryOf(found.plugin, found.folder, librarysDigits(enabled_.at(found.plugin.id))));
     for (const Plugin::Brush& brush : found.plugin.brushes) {
       AddedTool tool = brush.tool;
+      tool.origin.checksum = enabled_.at(found.plugin.id);  // of its library too
       if (brush.facts) tool.external = std::make_shared<const PluginBrush>(*brush.facts, processes);
       addedTools().add(tool);
     }

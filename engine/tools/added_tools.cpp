@@ -50,8 +50,10 @@ bool same(const AddedTool& a, const AddedTool& b) {
   const auto number = [](const AddedTool::Number& n) {
     return std::tie(n.id, n.name, n.help, n.unit, n.low, n.high, n.standard, n.logarithmic);
   };
-  return std::tie(a.id, a.name, a.help, a.formula, a.external, a.falloff, a.strength, a.inverts, a.adds) ==
-             std::tie(b.id, b.name, b.help, b.formula, b.external, b.falloff, b.strength, b.inverts, b.adds) &&
+  return std::tie(a.id, a.name, a.help, a.formula, a.falloff, a.strength, a.inverts, a.adds) ==
+             std::tie(b.id, b.name, b.help, b.formula, b.falloff, b.strength, b.inverts, b.adds) &&
+         (a.external == nullptr) == (b.external == nullptr) &&
+         (!a.external || a.origin.checksum == b.origin.checksum) &&
          std::equal(a.numbers.begin(), a.numbers.end(), b.numbers.begin(), b.numbers.end(),
                     [&](const auto& x, const auto& y) { return number(x) == number(y); });
 }

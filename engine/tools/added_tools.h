@@ -45,7 +45,7 @@ class AddedTools {
   AddedTools();
   [[nodiscard]] std::span<const ToolRow> all() const { return {rows_.get(), count_.load(std::memory_order_acquire)}; }
   /// Throws Error: a formula that cannot be read, an id that another tool has, numbers out of order, too many tools.
-  /// What was added word for word before is given back.
+  /// What was added word for word before is given back, of a library if it is the same one.
   const ToolRow& add(const AddedTool& tool);
   /// The same of what a script or a journal brings along, whose id another tool may have: then it gets a number behind
   /// it. The plugin does not matter.

@@ -13,7 +13,8 @@ namespace argil::engine {
 
 /// The plugin that a tool came by.
 struct ToolOrigin {
-  std::string id, version, checksum;  ///< Of its plugin.json.
+  std::string id, version;
+  std::string checksum;  ///< Of its plugin.json, and of its library where it has one.
 };
 
 /// What a tool needs a file for.

@@ -76,6 +76,15 @@ typedef struct argil_plugin {
 #define ARGIL_EXPORT
 #endif
 
+/* Before the definition of a function that computes: it is compiled for more than one CPU, and the best one runs. Equal
+ * bits, as nothing is fused. What it calls has to be inlined into it. */
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
+    !defined(__SANITIZE_THREAD__)
+#define ARGIL_EVERY_CPU __attribute__((target_clones("avx2", "default")))
+#else
+#define ARGIL_EVERY_CPU
+#endif
+
 /* What a library exports. Null: it cannot work here. [main, once] */
 ARGIL_EXPORT const argil_plugin* argil_plugin_1(void);
 #define ARGIL_PLUGIN_SYMBOL "argil_plugin_1"

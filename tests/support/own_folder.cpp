@@ -25,6 +25,9 @@ class OwnFolder : public ::testing::Environment {
     const std::filesystem::path state = folder_ / "state";
     std::filesystem::create_directory(state);
     setenv("ARGIL_STATE", state.c_str(), 1);
+    // Nor are plugins that somebody has enabled there.
+    setenv("XDG_CONFIG_HOME", (name + "/config").c_str(), 1);
+    setenv("XDG_DATA_HOME", (name + "/data").c_str(), 1);
   }
   void TearDown() override {
     setenv("TMPDIR", before_.c_str(), 1);

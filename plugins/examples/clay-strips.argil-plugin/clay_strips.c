@@ -1,6 +1,7 @@
 /* Clay strips: a rake lays strips of clay with square edges, each as high as the last one allows. Where the tip passes
  * again it builds up; what lies below the strips is filled first. */
 #include <math.h>
+#include <string.h>
 
 #include "argil_plugin.h"
 
@@ -52,17 +53,32 @@ static void hold(const settings* s, const argil_image* image, rake* r) {
   r->height = s->height * r->radius;
 }
 
-/* Distance from the strips, voxels: flat on top, square at their edges, as deep as it goes. */
-static float strips(const settings* s, const rake* r, const float* p) {
-  const float u = dot(p, r->across), w = dot(p, r->along);
-  const float pitch = 2 * r->radius / s->strips;
-  /* From the middle of the nearest strip: even counts have one on either side of the path's middle. */
-  const float shift = fmodf(s->strips, 2) < 0.5f ? 0.5f : 0;
-  const float from = fabsf(u) / pitch + shift;
-  const float beside = fabsf(from - floorf(from + 0.5f)) * pitch - 0.5f * s->width * pitch;
-  const float ends = (w < 0 ? -w : w > r->length ? w - r->length : 0) - r->radius;
-  const float sides = fmaxf(fmaxf(beside, ends), fabsf(u) - r->radius);
-  return fmaxf(sides, dot(p, r->up) - r->height);
+/* New distances of a brick for one image, as far as they exceed what `out` has already. */
+ARGIL_EVERY_CPU static void lay(const settings* s, const rake* r, const float* middle, const float* phi,
+                                const float* weight, float* out) {
+  /* Even counts have one strip on either side of the path's middle. */
+  const float pitch = 2 * r->radius / s->strips, shift = fmodf(s->strips, 2) < 0.5f ? 0.5f : 0;
+  const float half = 0.5f * s->width * pitch, per_pitch = 1 / pitch, sign = s->amount;
+  for (int x = 0; x < 8; ++x)
+    for (int y = 0; y < 8; ++y)
+      for (int z = 0; z < 8; ++z) {
+        const int v = x * 64 + y * 8 + z;
+        const float px = ((float)x - 3.5f) + middle[0], py = ((float)y - 3.5f) + middle[1],
+                    pz = ((float)z - 3.5f) + middle[2];
+        const float u = (px * r->across[0] + py * r->across[1]) + pz * r->across[2];
+        const float w = (px * r->along[0] + py * r->along[1]) + pz * r->along[2];
+        const float h = (px * r->up[0] + py * r->up[1]) + pz * r->up[2];
+        /* Distance from the strips, voxels: flat on top, square at their edges, as deep as it goes. */
+        const float from = fabsf(u) * per_pitch + shift;
+        const float beside = fabsf(from - floorf(from + 0.5f)) * pitch - half;
+        const float ends = fmaxf(-w, w - r->length) - r->radius;
+        const float sides = fmaxf(fmaxf(beside, ends), fabsf(u) - r->radius);
+        const float laid = fmaxf(sides, h - r->height);
+        /* Laid on, or cut in where it is inverted. Of several images the one that does most. */
+        const float share = fminf(weight[v], 1), here = phi[v] * sign;
+        const float made = here + share * (fminf(here, laid) - here);
+        out[v] = fminf(out[v] * sign, made) * sign;
+      }
 }
 
 static argil_status bricks(void* stroke, const argil_batch* batch) {
@@ -70,23 +86,13 @@ static argil_status bricks(void* stroke, const argil_batch* batch) {
   for (uint32_t n = 0; n < batch->count; ++n) {
     const float *phi = batch->phi + (uint64_t)n * batch->brick, *weight = batch->weight + n * 512;
     float* out = batch->out + n * 512;
-    for (uint32_t v = 0; v < 512; ++v) out[v] = phi[(v >> 6) * batch->plane + ((v >> 3) & 7) * batch->row + (v & 7)];
+    memcpy(out, phi, 512 * sizeof(float)); /* Without a margin, bricks lie as results do. */
     for (uint32_t i = 0; i < batch->image_count; ++i) {
       rake r;
-      hold(s, batch->images + i, &r);
       float middle[3]; /* Of the brick, from the path's beginning: mirrored bricks have mirrored places. */
       for (int k = 0; k < 3; ++k) middle[k] = (float)(8.0 * batch->coords[n][k] + 3.5 - batch->images[i].a[k]);
-      for (uint32_t v = 0; v < 512; ++v) {
-        if (!(weight[v] > 0)) continue;
-        const float p[3] = {((float)(v >> 6) - 3.5f) + middle[0], ((float)((v >> 3) & 7) - 3.5f) + middle[1],
-                            ((float)(v & 7) - 3.5f) + middle[2]};
-        const float here = phi[(v >> 6) * batch->plane + ((v >> 3) & 7) * batch->row + (v & 7)];
-        const float laid = strips(s, &r, p) * s->amount, share = weight[v] < 1 ? weight[v] : 1;
-        /* Laid on, or cut in where it is inverted. Of several images the one that does most. */
-        const float to = s->amount > 0 ? fminf(here, laid) : fmaxf(here, laid);
-        const float made = here + share * (to - here);
-        out[v] = s->amount > 0 ? fminf(out[v], made) : fmaxf(out[v], made);
-      }
+      hold(s, batch->images + i, &r);
+      lay(s, &r, middle, phi, weight, out);
     }
   }
   return ARGIL_OK;

@@ -11,7 +11,7 @@ static float across(const float* p, uint32_t step) {
   return (p[0] + p[2 * step]) + 2 * p[step];
 }
 
-static argil_status bricks(void* stroke, const argil_batch* batch) {
+ARGIL_EVERY_CPU static argil_status bricks(void* stroke, const argil_batch* batch) {
   const float amount = *(const float*)stroke;
   for (uint32_t n = 0; n < batch->count; ++n) {
     const float *phi = batch->phi + (uint64_t)n * batch->brick, *weight = batch->weight + n * 512;

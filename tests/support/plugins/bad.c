@@ -79,7 +79,11 @@ static argil_status bricks(void* stroke, const argil_batch* batch) {
     return ARGIL_FAILED;
   }
   if (IS(status)) return 12345;
-  if (IS(leak)) memset(malloc(1 << 20), 1, 1 << 20);
+  static void* volatile last;
+  if (IS(leak)) {
+    last = malloc(1 << 20);
+    memset(last, 1, 1 << 20);
+  }
   if (IS(batches)) batch->out[3] -= 0.001f * (float)batch->count * batch->weight[3];
   if (IS(remembers))
     for (uint32_t i = 0; i < batch->count * 512; ++i)
