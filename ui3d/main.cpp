@@ -288,6 +288,8 @@ int run(int argc, char** argv) {
       ->check(numberFrom(0.1, 100));
   studioVerb->add_option("--record", studio.record, "Record what the person does");
   studioVerb->add_option("--report", studio.report, "Figures as JSON at the end");
+  bool safe = false;
+  studioVerb->add_flag("--safe", safe, "Without plugins");
   studioVerb->add_flag("--validate", studio.validate, "With Vulkan's validation layer");
 #endif
 
@@ -305,7 +307,7 @@ int run(int argc, char** argv) {
   }
 
   // Tables of tools have what plugins bring before anybody reads them.
-  if (*sculptVerb || *recoverVerb || *toolsVerb || *studioVerb || app.get_subcommands().empty())
+  if (!safe && (*sculptVerb || *recoverVerb || *toolsVerb || *studioVerb || app.get_subcommands().empty()))
     engine::Plugins().load();
 
   sculpt.job = convert.job = recover.job = inspect.job = render.job = feel.job = &job;

@@ -113,6 +113,12 @@ Plugin readPlugin(const fs::path& folder) {
   return parsePlugin(input.text(), file.string());
 }
 
+std::string mayOf(const Plugin& plugin) {
+  return plugin.library.empty()
+             ? "May compute with what a brush is given, and nothing else."
+             : "May run code in a process of its own, which opens no file, no connection and no other process.";
+}
+
 PluginLibrary libraryOf(const Plugin& plugin, const fs::path& folder, std::string checksum) {
   const fs::path absolute = fs::absolute(folder);
   return {plugin.id,           plugin.name, plugin.version,

@@ -45,6 +45,9 @@ inline constexpr std::string_view kPluginMachine = "linux";
 /// Of its text. `name` stands in messages.
 [[nodiscard]] Plugin parsePlugin(std::string_view text, const std::string& name);
 
+/// What it is allowed, in a sentence without its subject.
+[[nodiscard]] std::string mayOf(const Plugin& plugin);
+
 /// How its library is started. `checksum`: as libraryChecksum() has it; empty: it is not compared.
 [[nodiscard]] PluginLibrary libraryOf(const Plugin& plugin, const std::filesystem::path& folder, std::string checksum);
 /// SHA-256 of the file of its library; empty where that is not there.

@@ -76,20 +76,30 @@ class PluginWorker : public clay::BrickWorker {
     place.weight = at(weight_);
     place.out = at(out_);
     shared.batch = place;
-    if (!process_->limits().comparesWindow) return process_->call(plugin::Command::bricks);
+    if (!process_->limits().comparesWindow) return computeBatch();
     const size_t before = at(out_), behind = before + count * clay::kBrickVoxels * sizeof(float);
     const std::vector<std::byte> window(process_->window(), process_->window() + plugin::kWindowBytes);
-    process_->call(plugin::Command::bricks);
+    computeBatch();
     if (std::memcmp(window.data(), process_->window(), before) != 0 ||
         std::memcmp(window.data() + behind, process_->window() + behind, window.size() - behind) != 0)
-      process_->end(PluginFault::outside, "wrote outside of its batch and was stopped");
+      failAt(PluginFault::outside, "wrote outside of its batch and was stopped");
   }
   [[nodiscard]] const float* result(size_t brick) const override { return out_ + brick * clay::kBrickVoxels; }
   [[noreturn]] void failResult() override {
-    process_->end(PluginFault::notFinite, "gave a distance that is not finite and was stopped");
+    failAt(PluginFault::notFinite, "gave a distance that is not finite and was stopped");
   }
 
  private:
+  static constexpr const char* kEnds = "; the stroke ends as it was before";
+  void computeBatch() {
+    try {
+      process_->call(plugin::Command::bricks);
+    } catch (const PluginError& error) {
+      throw PluginError(error.fault(), error.what() + std::string(kEnds));
+    }
+  }
+  [[noreturn]] void failAt(PluginFault fault, const char* what) { process_->end(fault, what + std::string(kEnds)); }
+
   struct Back {
     PluginWorker& of;
     mutable bool keep = false;

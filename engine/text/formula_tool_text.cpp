@@ -35,7 +35,9 @@ AddedTool::Number numberOf(const Place& place) {
 }  // namespace
 
 nlohmann::ordered_json formulaToolJson(const AddedTool& tool) {
-  nlohmann::ordered_json json{{"name", tool.name}, {"help", tool.help}, {"formula", tool.formula}};
+  nlohmann::ordered_json json{{"name", tool.name}, {"help", tool.help}};
+  if (!tool.icon.empty()) json["icon"] = tool.icon;
+  json["formula"] = tool.formula;
   for (const AddedTool::Number& number : tool.numbers) {
     nlohmann::ordered_json each{{"id", number.id}, {"name", number.name}, {"help", number.help}};
     if (!number.unit.empty()) each["unit"] = number.unit;
@@ -61,12 +63,13 @@ AddedTool readFormulaTool(const Place& place, std::string id, std::initializer_l
 
 AddedTool readToolFacts(const Place& place, std::string id, std::initializer_list<std::string_view> others) {
   std::vector<std::string_view> keys(others);
-  keys.insert(keys.end(), {"name", "help", "formula", "numbers", "falloff", "strength", "inverts", "adds"});
+  keys.insert(keys.end(), {"name", "help", "icon", "formula", "numbers", "falloff", "strength", "inverts", "adds"});
   place.keys(keys);
   AddedTool tool;
   tool.id = std::move(id);
   tool.name = place.at("name").text();
   tool.help = place.at("help").text();
+  if (const auto icon = place.maybe("icon")) tool.icon = icon->text();
   if (const auto numbers = place.maybe("numbers"))
     for (const Place& each : numbers->items()) tool.numbers.push_back(numberOf(each));
   if (const auto falloff = place.maybe("falloff")) tool.falloff = falloff->oneOf<clay::Falloff>(kFalloffs);

@@ -29,7 +29,7 @@ constexpr std::array<Access, kMostOwnNumbers> kAccess{accessOf<0>(), accessOf<1>
                                                       accessOf<4>(), accessOf<5>(), accessOf<6>(), accessOf<7>()};
 constexpr std::array<clay::Operation, 1> kByFormula{{{clay::Property::distance, clay::Method::formula}}},
     kExternal{{{clay::Property::distance, clay::Method::external}}};
-constexpr size_t kMostName = 60, kMostHelp = 200;
+constexpr size_t kMostName = 60, kMostHelp = 200, kMostIcon = 400;
 
 void requireText(std::string_view text, std::string_view what, size_t most) {
   if (text.empty() || text.size() > most)
@@ -50,8 +50,8 @@ bool same(const AddedTool& a, const AddedTool& b) {
   const auto number = [](const AddedTool::Number& n) {
     return std::tie(n.id, n.name, n.help, n.unit, n.low, n.high, n.standard, n.logarithmic);
   };
-  return std::tie(a.id, a.name, a.help, a.formula, a.falloff, a.strength, a.inverts, a.adds) ==
-             std::tie(b.id, b.name, b.help, b.formula, b.falloff, b.strength, b.inverts, b.adds) &&
+  return std::tie(a.id, a.name, a.help, a.icon, a.formula, a.falloff, a.strength, a.inverts, a.adds) ==
+             std::tie(b.id, b.name, b.help, b.icon, b.formula, b.falloff, b.strength, b.inverts, b.adds) &&
          (a.external == nullptr) == (b.external == nullptr) &&
          (!a.external || a.origin.checksum == b.origin.checksum) &&
          std::equal(a.numbers.begin(), a.numbers.end(), b.numbers.begin(), b.numbers.end(),
@@ -68,6 +68,14 @@ std::unique_ptr<const clay::Formula> checkedFormula(const AddedTool& tool) {
   requireId(tool.id, "a tool's id");
   requireText(tool.name, "a tool's name", kMostName);
   requireText(tool.help, "a tool's help", kMostHelp);
+  // Its letters and numbers are not looked at: what is no drawing draws nothing.
+  constexpr std::string_view kDrawing = "MLAZFOD0123456789.- ";
+  if (tool.icon.size() > kMostIcon || tool.icon.find_first_not_of(kDrawing) != std::string::npos ||
+      (!tool.icon.empty() && tool.icon[0] != 'M' && tool.icon[0] != 'O' && tool.icon[0] != 'D'))
+    throw Error(
+        fmt::format("{}: an icon is a drawing of {} characters at most that begins with M, O or D, such as "
+                    "\"M4 20 L20 4 O12 12 5\"",
+                    tool.id, kMostIcon));
   if (tool.numbers.size() > kMostOwnNumbers)
     throw Error(fmt::format("{}: {} numbers: {} is the most", tool.id, tool.numbers.size(), kMostOwnNumbers));
   if (!(tool.strength >= 0 && tool.strength <= 1))
@@ -141,7 +149,7 @@ const ToolRow& AddedTools::add(const AddedTool& tool) {
   row.id = kept->tool.id;
   row.name = kept->tool.name;
   row.help = kept->tool.help;
-  row.icon = tool.external ? "plugin" : "formula";
+  row.icon = kept->tool.icon;
   row.group = "Plugins";
   row.operations = tool.external ? std::span<const clay::Operation>(kExternal) : kByFormula;
   row.work = haptics::Work::rub;

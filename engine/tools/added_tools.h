@@ -26,6 +26,8 @@ struct AddedTool {
   /// The plugin that it came by; nothing where a script brought it along.
   ToolOrigin origin;
   std::string id, name, help;
+  /// A drawing in a square of 24, as ui3d/studio/kit/icons.cpp reads it; empty: the name's letters stand for it.
+  std::string icon = {};
   std::string formula;                                  ///< Empty: `external` does the work.
   std::shared_ptr<const clay::ExternalBrush> external;  ///< Null: `formula` does.
   std::vector<Number> numbers;                          ///< kMostOwnNumbers at most.

@@ -49,13 +49,6 @@ nlohmann::ordered_json jsonOf(const FoundPlugin& found) {
   return json;
 }
 
-// What it is allowed, in words.
-std::string mayOf(const engine::Plugin& plugin) {
-  return plugin.library.empty() ? "compute with what a brush is given, and nothing else"
-                                : "run code in a process of its own, which opens no file, no connection and no other "
-                                  "process";
-}
-
 void list(const engine::Plugins& plugins, bool json) {
   if (json) {
     nlohmann::ordered_json all = nlohmann::ordered_json::array();
@@ -89,7 +82,7 @@ void describe(const engine::Plugins& plugins, const std::string& id, bool json) 
   fmt::print("{} {} ({}), {}\n{}\n", plugin.name, plugin.version, plugin.id, engine::nameOf(found->state), plugin.help);
   fmt::print("  folder      {}\n  licence     {}\n  checksum    {}\n", found->folder.string(), plugin.licence,
              plugin.checksum);
-  fmt::print("  may         {}\n", mayOf(plugin));
+  fmt::print("{}\n", engine::mayOf(plugin));
   if (!plugin.library.empty())
     fmt::print("  library     {}\n", engine::libraryOf(plugin, found->folder, {}).file.string());
   for (const auto& [brush, facts] : plugin.brushes) {
@@ -128,7 +121,7 @@ void plugins(const PluginsOptions& options) {
   plugins.compareLibraries();
   if (!options.enable.empty()) {
     plugins.enable(options.enable);
-    fmt::print("{} is enabled: it may {}\n", options.enable, mayOf(plugins.find(options.enable)->plugin));
+    fmt::print("{} is enabled. {}\n", options.enable, engine::mayOf(plugins.find(options.enable)->plugin));
   } else if (!options.disable.empty()) {
     plugins.disable(options.disable);
     fmt::print("{} is not enabled any longer\n", options.disable);

@@ -58,6 +58,7 @@ ARGIL_EVERY_CPU static void lay(const settings* s, const rake* r, const float* m
                                 const float* weight, float* out) {
   /* Even counts have one strip on either side of the path's middle. */
   const float pitch = 2 * r->radius / s->strips, shift = fmodf(s->strips, 2) < 0.5f ? 0.5f : 0;
+  const float round = fminf(1.5f, 0.25f * s->width * pitch);
   const float half = 0.5f * s->width * pitch, per_pitch = 1 / pitch, sign = s->amount;
   for (int x = 0; x < 8; ++x)
     for (int y = 0; y < 8; ++y)
@@ -73,7 +74,9 @@ ARGIL_EVERY_CPU static void lay(const settings* s, const rake* r, const float* m
         const float beside = fabsf(from - floorf(from + 0.5f)) * pitch - half;
         const float ends = fmaxf(-w, w - r->length) - r->radius;
         const float sides = fmaxf(fmaxf(beside, ends), fabsf(u) - r->radius);
-        const float laid = fmaxf(sides, h - r->height);
+        /* Edges are rounded by a little more than a voxel, or they would be as rough as the voxels. */
+        const float a = fmaxf(sides + round, 0), b = fmaxf(h - r->height + round, 0);
+        const float laid = sqrtf(a * a + b * b) + fminf(fmaxf(sides, h - r->height) + round, 0) - round;
         /* Laid on, or cut in where it is inverted. Of several images the one that does most. */
         const float share = fminf(weight[v], 1), here = phi[v] * sign;
         const float made = here + share * (fminf(here, laid) - here);

@@ -23,7 +23,7 @@ inline std::filesystem::path badPlugin(const std::filesystem::path& folder, cons
                 fs::copy_options::overwrite_existing);
   std::ofstream(made / engine::kPluginFile) << R"({"format": 1, "id": "test.bad.)" << name << R"(", "name": "Bad )"
                                             << name << R"(", "version": "1.0.0", "licence": "CC0-1.0",
-    "help": "For tests.", "library": "bad.so", "brushes": [{"id": "brush", "name": "Brush", "help": "Raises a little.",
+    "help": "For tests.", "library": "bad.so", "brushes": [{"id": "brush", "name": "Brush test", "help": "Raises a little.",
     "bricks": {"margin": 1, "leaves": "values"}, "adds": true}]})";
   return made;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <numbers>
+#include <string>
 #include <string_view>
 #include <unordered_map>
 #include <vector>
@@ -68,6 +69,7 @@ constexpr std::array kIcons{
     Icon{"play", "M7 4.5 L19.5 12 L7 19.5 F"},
     Icon{"plus", "M12 5 L12 19 M5 12 L19 12"},
     Icon{"point", "D12 12 3 O12 12 7.5 M12 1.8 L12 4.5 M12 19.5 L12 22.2 M1.8 12 L4.5 12 M19.5 12 L22.2 12"},
+    Icon{"plugins", "M8 3 L8 8 M16 3 L16 8 M5 8 L19 8 L19 12 A12 12 7 0 180 Z M12 19 L12 22"},
     Icon{"preferences", "M4 7 L12 7 M17 7 L20 7 O14.5 7 2.5 M4 17 L7 17 M12 17 L20 17 O9.5 17 2.5"},
     Icon{"quality", "M4.2 17.5 A12 13.5 8.7 152 388 M12 13.5 L16.5 8.5 D12 13.5 1.8"},
     Icon{"redo", "M19.5 9.5 L9 9.5 A9 14.5 5 -90 -270 L15 19.5 M15.5 5.5 L19.5 9.5 L15.5 13.5"},
@@ -142,8 +144,9 @@ struct Step {
 using Drawing = std::vector<Step>;
 
 Drawing read(const char* path) {
+  constexpr size_t kMost = 100;
   Drawing drawing;
-  for (const char* at = path; *at;) {
+  for (const char* at = path; *at && drawing.size() < kMost;) {
     if (std::isalpha(static_cast<unsigned char>(*at))) {
       Step& step = drawing.emplace_back();
       step.what = *at++;
@@ -151,6 +154,7 @@ Drawing read(const char* path) {
       for (float& number : step.numbers) {
         number = std::strtof(at, &end);
         if (end == at) break;
+        number = std::clamp(number, -1000.0f, 1000.0f);
         at = end;
       }
     } else {
@@ -167,6 +171,12 @@ const Drawing* find(std::string_view name) {
     for (const Icon& icon : kIcons) all.emplace(icon.name, read(icon.path));
     return all;
   }();
+  if (!name.empty() && std::isupper(static_cast<unsigned char>(name[0]))) {
+    static std::unordered_map<std::string, Drawing> brought;
+    const auto [own, fresh] = brought.try_emplace(std::string(name));
+    if (fresh) own->second = read(own->first.c_str());
+    return &own->second;
+  }
   const auto drawing = drawings.find(name);
   return drawing == drawings.end() ? nullptr : &drawing->second;
 }

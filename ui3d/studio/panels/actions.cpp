@@ -483,7 +483,7 @@ void addTouchRows(std::vector<Action>& rows) {
 
 void addWindowRows(std::vector<Action>& rows) {
   for (const PanelRow& panel : panelTable()) {
-    const bool help = panel.id == "shortcuts" || panel.id == "firstStart";
+    const bool help = panel.id == "shortcuts" || panel.id == "firstStart" || panel.id == "plugins";
     rows.push_back({"panel." + std::string(panel.id), std::string(panel.name), std::string(panel.help),
                     help ? "Help" : "Window", std::string(panel.shortcut), switchPanel, std::string(panel.id), nullptr,
                     isPanel});
@@ -536,16 +536,18 @@ void addMaterial(Context& context, const engine::Piece& piece) {
 }
 
 const std::vector<Action>& actions() {
-  static const std::vector<Action> table = [] {
-    std::vector<Action> rows;
-    addDocumentRows(rows);
-    addHandRows(rows);
-    addPieceRows(rows);
-    addViewRows(rows);
-    addTouchRows(rows);
-    addWindowRows(rows);
-    return rows;
-  }();
+  static std::vector<Action> table;
+  static size_t tools = 0;
+  if (const size_t now = engine::toolTable().size(); table.empty() || now != tools) {
+    tools = now;
+    table.clear();
+    addDocumentRows(table);
+    addHandRows(table);
+    addPieceRows(table);
+    addViewRows(table);
+    addTouchRows(table);
+    addWindowRows(table);
+  }
   return table;
 }
 

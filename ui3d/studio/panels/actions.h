@@ -31,7 +31,8 @@ struct Action {
   bool (*checked)(const Context&, std::string_view argument) = nullptr;  ///< Null: not a switch.
 };
 
-/// One row for each tool of engine::toolTable(), each named view, each panel among them.
+/// One row for each tool of engine::toolTable(), each named view, each panel among them. Made anew when a plugin has
+/// added tools; its rows are others then.
 [[nodiscard]] const std::vector<Action>& actions();
 [[nodiscard]] const Action* findAction(std::string_view id);
 /// The shortcuts in force, after the person's changes; empty: none.

@@ -15,6 +15,7 @@
 
 #include "engine/document/jobs.h"
 #include "engine/models/import_place.h"
+#include "engine/plugins/plugins.h"
 #include "engine/tools/piece_cost.h"
 #include "haptics/devices/registry.h"
 #include "render/view/image.h"
@@ -91,6 +92,14 @@ struct AskedModel {
   std::unique_ptr<engine::BackgroundJob> measuring = {};  ///< Begins when the file was read.
 };
 
+/// The page of plugins, while it is open.
+struct PluginsPage {
+  std::future<engine::Plugins> reading;
+  std::optional<engine::Plugins> found;
+  std::string problem;
+  std::pair<std::string, bool> pressed;  ///< Id, and whether it is to be enabled.
+};
+
 /// The page at the start.
 struct StartPage {
   bool wasEmpty = true;            ///< The document, in the frame before.
@@ -135,6 +144,7 @@ struct Memory {
   FilesFor filesFor = FilesFor::none;
   bool newClayOpen = false;
   NewClay newClay;
+  PluginsPage plugins;
   std::future<engine::MachineSpeed> measuring;
   std::optional<engine::MachineSpeed> machine;
   Operation operation;
@@ -206,6 +216,7 @@ void messagesPanel(Context& context, Memory& memory);
 // Dialogs over everything; each looks itself whether it is open.
 void drawPalette(Context& context, Memory& memory);
 void drawShortcuts(Context& context, Memory& memory);
+void drawPlugins(Context& context, Memory& memory);
 void drawPreferences(Context& context, Memory& memory);
 void drawFirstStart(Context& context, Memory& memory);
 /// Pictures that the renderer needs, by the names that the page uses from now on; each once.

@@ -182,6 +182,7 @@ void Panels::draw(Context& context) {
   drawOperation(context, memory);
   drawShortcuts(context, memory);
   drawPreferences(context, memory);
+  drawPlugins(context, memory);
   drawPalette(context, memory);
   ImGui::PopFont();
 }

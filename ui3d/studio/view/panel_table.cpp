@@ -29,6 +29,8 @@ constexpr std::array kPanels{
              &P::shortcuts},
     PanelRow{"preferences", "Preferences", "Theme and size of the interface.", "preferences", "Ctrl+,", Dock::middle,
              &P::preferences},
+    PanelRow{"plugins", "Plugins", "Brushes of other people: which are there, what they may, which are enabled.",
+             "plugins", "", Dock::middle, &P::plugins},
     PanelRow{"firstStart", "Start page", "What to begin with: new clay, a file, what was opened before.", "home", "",
              Dock::middle, &P::firstStart},
 };

@@ -27,7 +27,7 @@ enum class GizmoMode : uint8_t { none, move, rotate, scale };
 struct PanelsShown {
   bool tools = true, settings = true, things = true, history = false, view = false, touch = false, quality = false,
        facts = false, messages = false, exporting = false, palette = false, firstStart = true, shortcuts = false,
-       preferences = false;
+       preferences = false, plugins = false;
 };
 
 /// What the window measured; shown in panels and written by --report.

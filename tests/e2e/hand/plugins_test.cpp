@@ -1,0 +1,82 @@
+// Plugins in the window, by real mouse and keys: enabled on their page, worked with, and one that crashes in
+// mid-stroke.
+
+#include "tests/e2e/hand/clay_on_screen.h"
+#include "tests/support/plugins/plugin_folders.h"
+
+namespace argil::tests {
+namespace {
+
+class PluginsInHand : public ClayOnScreen {
+ protected:
+  void SetUp() override {
+    ClayOnScreen::SetUp();
+    fs::create_directories(folder());
+    setenv("ARGIL_PLUGIN_PATH", folder().c_str(), 1);
+  }
+  void TearDown() override { unsetenv("ARGIL_PLUGIN_PATH"); }
+  [[nodiscard]] fs::path folder() const { return scratch_ / "plugins"; }
+  void bring(const std::string& example) {
+    fs::copy(examplePlugin(example), folder() / (example + ".argil-plugin"), fs::copy_options::recursive);
+  }
+  [[nodiscard]] std::string settings() const { return slurp(scratch_ / "argil" / "plugins.json"); }
+  // The page with one plugin on it; its button.
+  void enable(Person& person, const std::string& id) {
+    byPalette(person, "plugins");
+    (void)person.settled();
+    (void)person.shot("plugins-page-" + id);
+    for (int i = 0; i < 100 && settings().find(id) == std::string::npos; ++i) {
+      person.click(middleX() + 560.0 / 2 - 66, middleY() - 560.0 / 2 + 86);
+      (void)person.settled();
+    }
+    EXPECT_NE(settings().find(id), std::string::npos);
+    (void)person.shot("plugins-enabled-" + id);
+    person.key("escape");
+    (void)person.settled();
+  }
+  Way across() {
+    return {{middleX() - 80, middleY() - 10}, {middleX() - 20, middleY()}, {middleX() + 60, middleY() + 8}};
+  }
+};
+
+TEST_P(PluginsInHand, OneIsEnabledAndWorkedWith) {
+  bring("clay-strips");
+  const std::string file = block();
+  const Saved before = saved();
+  RunningStudio studio(arguments({file}), scratch_.path());
+  Person person(studio, at().scale);
+  (void)person.settled();
+  enable(person, "org.argil.clay-strips");
+  byPalette(person, "clay strips");
+  (void)person.shot("plugins-tool");
+  person.drag(across());
+  const Saved after = otherClay(person, before);
+  EXPECT_GT(after.volume, before.volume);
+  (void)person.shot("plugins-stroke");
+  EXPECT_EQ(after.steps, 1);
+}
+
+TEST_P(PluginsInHand, OneThatCrashesInMidStrokeCostsTheStampAndWorkGoesOn) {
+  (void)badPlugin(folder(), "kill");
+  const std::string file = block();
+  const Saved before = saved();
+  RunningStudio studio(arguments({file}), scratch_.path());
+  Person person(studio, at().scale);
+  (void)person.settled();
+  enable(person, "test.bad.kill");
+  byPalette(person, "brush test");
+  person.drag(across());
+  const Saved left = otherClay(person, before);
+  (void)person.shot("plugins-crash");
+  EXPECT_TRUE(studio.running());
+  byPalette(person, "carve");
+  person.drag(across());
+  const Saved carved = otherClay(person, left);
+  EXPECT_LT(carved.volume, left.volume);
+  (void)person.shot("plugins-after-crash");
+}
+
+INSTANTIATE_TEST_SUITE_P(All, PluginsInHand, ::testing::Values(kSmallScreen), nameOf);
+
+}  // namespace
+}  // namespace argil::tests
