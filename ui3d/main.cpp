@@ -307,7 +307,8 @@ int run(int argc, char** argv) {
   }
 
   // Tables of tools have what plugins bring before anybody reads them.
-  if (!safe && (*sculptVerb || *recoverVerb || *toolsVerb || *studioVerb || app.get_subcommands().empty()))
+  if (!safe && (*sculptVerb || *convertVerb || *inspectVerb || *renderVerb || *feelVerb || *recoverVerb || *toolsVerb ||
+                *studioVerb || app.get_subcommands().empty()))
     engine::Plugins().load();
 
   sculpt.job = convert.job = recover.job = inspect.job = render.job = feel.job = &job;

@@ -73,4 +73,11 @@ std::string reduceModel(std::vector<io::ModelObject>& objects, const ModelExport
 std::vector<std::string> writeModelFiles(const std::vector<std::filesystem::path>& files, const Document& document,
                                          const ModelExport& what, Job* job = nullptr);
 
+/// Writes every state of a saved document, from its beginning to the one that it opens with, to files of their own,
+/// NAME-0001 and so on beside `file`, in the format of that one's ending (io::frameEndingOf()); states that look alike
+/// once. A document without a history is one state. Each file whole or not at all; gives a sentence. Throws Error,
+/// Cancelled: files that were written by then stay.
+[[nodiscard]] std::string writeHistory(const std::filesystem::path& file, const std::filesystem::path& document,
+                                       const ModelExport& what, Job* job = nullptr);
+
 }  // namespace argil::engine

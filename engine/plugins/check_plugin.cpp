@@ -1,6 +1,7 @@
 #include "engine/plugins/check_plugin.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -18,6 +19,8 @@
 #include "clay/surface/surface.h"
 #include "engine/document/random.h"
 #include "engine/plugins/plugin.h"
+#include "engine/plugins/plugin_work.h"
+#include "io/bytes/input.h"
 
 namespace argil::engine {
 
@@ -282,6 +285,88 @@ void checkLibrary(const PluginLibrary& library, const Plugin::Brush& brush, cons
   });
 }
 
+using Check = std::function<bool(std::string name, const std::function<std::string()>& problem)>;
+
+clay::Version trialBall() {
+  return clay::makeSphere(clay::Store::make(), clay::Grid{}, Vec3d::Zero(), kBall * clay::Grid{}.voxelMm);
+}
+
+// A ball goes out, and comes back where it can.
+void checkFormat(const PluginLibrary& library, const Plugin::Format& format, const Check& check) {
+  const auto name = [&](const char* what) { return fmt::format("{}: {}", format.id, what); };
+  const std::filesystem::path file =
+      std::filesystem::temp_directory_path() / fmt::format("argil-check-{}-{}{}", ::getpid(), format.id, format.ending);
+  io::ModelObject ball;
+  ball.name = "Ball";
+  clay::Surface surface(false);
+  surface.update(trialBall());
+  ball.mesh = surface.toMesh();
+  bool written = false;
+  if (format.writes)
+    written = check(name("writes a ball"), [&]() -> std::string {
+      PluginProcesses processes(library);
+      io::AtomicFile atomic(file);
+      exportByPlugin(processes, format.id, atomic, {std::span(&ball, 1)}, {}, nullptr);
+      atomic.commit();
+      return std::filesystem::file_size(file) > 0 ? "" : "the file is empty";
+    });
+  if (format.reads && written)
+    check(name("reads it again"), [&]() -> std::string {
+      PluginProcesses processes(library);
+      const io::FileBytes content = io::readFile(file);
+      const io::ModelFile back = importByPlugin(processes, format.id, content.bytes(), nullptr);
+      return back.objects.size() == 1 && back.objects[0].mesh.triangles.size() == ball.mesh.triangles.size()
+                 ? ""
+                 : "it is another model";
+    });
+  if (format.reads)
+    check(name("survives files of other kinds"), [&]() -> std::string {
+      Random random(1);
+      for (int i = 0; i < 20; ++i) {
+        std::vector<std::byte> bytes(static_cast<size_t>(1) << (i % 15));
+        for (std::byte& each : bytes) each = static_cast<std::byte>(random.below(256));
+        PluginProcesses processes(library);
+        try {
+          (void)importByPlugin(processes, format.id, bytes, nullptr);
+        } catch (const PluginError& error) {
+          if (error.fault() != PluginFault::failed) throw;
+        } catch (const Error&) {
+        }
+      }
+      return "";
+    });
+  std::error_code none;
+  std::filesystem::remove(file, none);
+}
+
+void checkOperation(const PluginLibrary& library, const Plugin::Operation& operation, const Check& check) {
+  const auto name = [&](const char* what) { return fmt::format("{}: {}", operation.id, what); };
+  std::vector<std::string> names;
+  for (const AddedTool::Number& number : operation.numbers) names.push_back(number.id);
+  const auto made = [&](double AddedTool::Number::*value) {
+    PluginProcesses processes(library);
+    std::vector<float> values;
+    for (const AddedTool::Number& number : operation.numbers) values.push_back(static_cast<float>(number.*value));
+    return operateByPlugin(processes, operation.id, names, values, trialBall(), nullptr);
+  };
+  uint64_t usual = 0;
+  check(name("changes a ball"), [&]() -> std::string {
+    usual = made(&AddedTool::Number::standard).hash();
+    return usual != trialBall().hash() ? "" : "it does nothing, with its numbers as they begin";
+  });
+  check(name("does the same once more"),
+        [&]() -> std::string { return made(&AddedTool::Number::standard).hash() == usual ? "" : "it does not"; });
+  check(name("leaves closed clay with its numbers at either end"), [&]() -> std::string {
+    for (const auto value : {&AddedTool::Number::low, &AddedTool::Number::high}) {
+      clay::Surface surface(false);
+      surface.update(made(value));
+      if (surface.quadCount() > 0 && !clay::checkTopology(surface.toMesh()).closed())
+        return "the surface is not closed";
+    }
+    return "";
+  });
+}
+
 }  // namespace
 
 std::vector<PluginCheck> checkPlugin(const std::filesystem::path& folder) {
@@ -325,6 +410,8 @@ std::vector<PluginCheck> checkPlugin(const std::filesystem::path& folder) {
     checkBrush(tool, say);
     if (brush.facts) checkLibrary(library, brush, say, checks);
   }
+  for (const Plugin::Format& format : plugin.formats) checkFormat(library, format, check);
+  for (const Plugin::Operation& operation : plugin.operations) checkOperation(library, operation, check);
   return checks;
 }
 

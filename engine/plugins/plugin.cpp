@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr size_t kMostBytes = 1 << 20, kMostBrushes = 100;
+constexpr size_t kMostBytes = 1 << 20, kMostThings = 100;
 constexpr std::array<std::pair<std::string_view, clay::Renew>, 3> kLeaves{
     {{"distances", clay::Renew::none}, {"slopes", clay::Renew::slopes}, {"values", clay::Renew::all}}};
 
@@ -76,12 +76,53 @@ Plugin::Brush brushOf(const Place& place, const Plugin& plugin) {
   return brush;
 }
 
+std::string endingAt(const Place& place) {
+  const std::string& ending = place.text();
+  if (ending.size() < 2 || ending.size() > 20 || ending[0] != '.' ||
+      std::any_of(ending.begin() + 1, ending.end(),
+                  [](char c) { return !((c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-' || c == '_'); }))
+    place.fail(fmt::format("{} is no ending: give one such as \".xyz\", in small letters", io::shown(ending)));
+  return ending;
+}
+
+Plugin::Format formatOf(const Place& place, const Plugin& plugin) {
+  place.keys({"id", "name", "ending", "reads", "writes", "frames", "unit_mm"});
+  Plugin::Format format;
+  format.id = plugin.id + "." + place.at("id").text();
+  format.name = place.at("name").text();
+  format.ending = endingAt(place.at("ending"));
+  if (const auto reads = place.maybe("reads")) format.reads = reads->truth();
+  if (const auto writes = place.maybe("writes")) format.writes = writes->truth();
+  if (const auto frames = place.maybe("frames")) format.frameEnding = endingAt(*frames);
+  if (const auto unit = place.maybe("unit_mm")) format.unitMm = unit->number(1e-6, 1e6);
+  if (!format.reads && !format.writes) place.fail("is neither read nor written: give \"reads\" or \"writes\" as true");
+  if (!format.frameEnding.empty() && (format.reads || !format.writes))
+    place.at("frames").fail("is of what is written alone");
+  return format;
+}
+
+Plugin::Operation operationOf(const Place& place, const Plugin& plugin) {
+  place.keys({"id", "name", "help", "doing", "numbers"});
+  Plugin::Operation operation;
+  operation.id = plugin.id + "." + place.at("id").text();
+  operation.name = place.at("name").text();
+  operation.help = place.at("help").text();
+  operation.doing = place.at("doing").text();
+  if (const auto numbers = place.maybe("numbers")) operation.numbers = readNumbers(*numbers);
+  try {
+    checkNumbers(operation.numbers, operation.id);
+  } catch (const Error& error) {
+    place.fail(error.what());
+  }
+  return operation;
+}
+
 }  // namespace
 
 Plugin parsePlugin(std::string_view text, const std::string& name) {
   const nlohmann::json json = parseJson(text, name, "a plugin is {...}");
   const Place root(json, name, "");
-  root.keys({"format", "id", "name", "version", "licence", "help", "library", "brushes"});
+  root.keys({"format", "id", "name", "version", "licence", "help", "library", "brushes", "formats", "operations"});
   if (const double format = root.at("format").number(1, 1e6); format != kPluginFormat)
     root.at("format").fail(fmt::format("{:g} is of a newer Argil; this one knows {}", format, kPluginFormat));
   Plugin plugin;
@@ -92,9 +133,20 @@ Plugin parsePlugin(std::string_view text, const std::string& name) {
   plugin.help = root.at("help").text();
   if (const auto library = root.maybe("library")) plugin.library = libraryName(*library);
   plugin.checksum = checksumOf(text);
-  const std::vector<Place> brushes = root.at("brushes").items();
-  if (brushes.empty() || brushes.size() > kMostBrushes)
-    root.at("brushes").fail(fmt::format("{} of them: give 1 to {}", brushes.size(), kMostBrushes));
+  const auto listOf = [&](const char* key) {
+    const auto list = root.maybe(key);
+    std::vector<Place> items = list ? list->items() : std::vector<Place>();
+    if (list && (items.empty() || items.size() > kMostThings))
+      list->fail(fmt::format("{} of them: give 1 to {}", items.size(), kMostThings));
+    if (list && std::string_view(key) != "brushes" && plugin.library.empty())
+      list->fail("are of a library, and none is named: give \"library\"");
+    return items;
+  };
+  const std::vector<Place> brushes = listOf("brushes"), formats = listOf("formats"), operations = listOf("operations");
+  if (brushes.empty() && formats.empty() && operations.empty())
+    root.fail("brings nothing: give \"brushes\", \"formats\" or \"operations\"");
+  for (const Place& each : formats) plugin.formats.push_back(formatOf(each, plugin));
+  for (const Place& each : operations) plugin.operations.push_back(operationOf(each, plugin));
   for (const Place& each : brushes) {
     plugin.brushes.push_back(brushOf(each, plugin));
     plugin.brushes.back().tool.origin = {plugin.id, plugin.version, plugin.checksum};

@@ -19,9 +19,27 @@ struct Plugin {
     std::optional<PluginBrushFacts> facts;
   };
 
+  /// A format of the library: read, written, or both.
+  struct Format {
+    std::string id, name;
+    std::string ending;  ///< With its dot.
+    bool reads = false, writes = false;
+    /// Where every step of a document's history goes into a file of its own: the ending of those. Empty: it is one
+    /// file.
+    std::string frameEnding;
+    double unitMm = 0;  ///< mm in one unit of what is read; 0: the user is asked.
+  };
+  /// An operation of the library on a whole piece.
+  struct Operation {
+    std::string id, name, help, doing;
+    std::vector<AddedTool::Number> numbers;
+  };
+
   std::string id;  ///< Such as "org.argil.formulas".
   std::string name, version, licence, help;
   std::vector<Brush> brushes;
+  std::vector<Format> formats;
+  std::vector<Operation> operations;
   std::string library;   ///< Its file's name; empty: it runs no code of its own.
   std::string checksum;  ///< SHA-256 of its plugin.json, in hexadecimal digits.
 };

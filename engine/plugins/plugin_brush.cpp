@@ -13,12 +13,6 @@ namespace argil::engine {
 
 namespace {
 
-void put(char (&to)[plugin::kMostText], const std::string& text) {
-  const size_t n = std::min(text.size(), sizeof to - 1);
-  std::memcpy(to, text.data(), n);
-  to[n] = '\0';
-}
-
 class PluginWorker : public clay::BrickWorker {
  public:
   PluginWorker(const PluginBrushFacts& facts, std::shared_ptr<PluginProcesses> processes,
@@ -214,10 +208,23 @@ pid_t PluginProcesses::newest() const {
   return newest_;
 }
 
+void requireNumbers(PluginProcess& process, const std::string& thing, const std::vector<std::string>& numbers) {
+  plugin::Channel& shared = process.channel();
+  const auto differs = [&](const std::string& what) {
+    throw PluginError(PluginFault::notAsSaid,
+                      fmt::format("{}: {} {}, and plugin.json says otherwise", process.library().name, thing, what));
+  };
+  const uint32_t count = shared.parameterCount;
+  if (count != numbers.size()) differs(fmt::format("has {} numbers", count));
+  for (size_t i = 0; i < numbers.size(); ++i)
+    if (const std::string number = PluginProcess::textOf(shared.parameterIds[i]); number != numbers[i])
+      differs(fmt::format("has the number \"{}\"", number));
+}
+
 void requireAsSaid(PluginProcess& process, const PluginBrushFacts& facts) {
   plugin::Channel& shared = process.channel();
-  put(shared.thing, facts.id);
-  process.call(plugin::Command::describeBrush);
+  process.name(plugin::ThingKind::brush, facts.id);
+  process.call(plugin::Command::describe);
   const auto differs = [&](const std::string& what) {
     throw PluginError(PluginFault::notAsSaid,
                       fmt::format("{}: {}, and plugin.json says otherwise", process.library().name, what));
@@ -228,11 +235,7 @@ void requireAsSaid(PluginProcess& process, const PluginBrushFacts& facts) {
   const uint32_t leaves = shared.flags & ARGIL_BRUSH_LEAVES;
   if (leaves >= kLeaves.size() || kLeaves[leaves] != facts.leaves)
     differs(fmt::format("{} leaves something else", facts.id));
-  if (shared.parameterCount != facts.numbers.size())
-    differs(fmt::format("{} has {} numbers", facts.id, shared.parameterCount));
-  for (size_t i = 0; i < facts.numbers.size(); ++i)
-    if (const std::string number = PluginProcess::textOf(shared.parameterIds[i]); number != facts.numbers[i])
-      differs(fmt::format("{} has the number \"{}\"", facts.id, number));
+  requireNumbers(process, facts.id, facts.numbers);
 }
 
 PluginBrush::PluginBrush(PluginBrushFacts facts, std::shared_ptr<PluginProcesses> processes)

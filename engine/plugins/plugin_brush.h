@@ -66,6 +66,8 @@ class PluginBrush : public clay::ExternalBrush {
 /// SHA-256 of a file, in hexadecimal digits; empty where it cannot be read.
 [[nodiscard]] std::string fileChecksum(const std::filesystem::path& file);
 
+/// The same of the numbers of the thing that was described last.
+void requireNumbers(PluginProcess& process, const std::string& thing, const std::vector<std::string>& numbers);
 /// Throws PluginError (notAsSaid) where the library says of the brush what plugin.json does not.
 void requireAsSaid(PluginProcess& process, const PluginBrushFacts& facts);
 

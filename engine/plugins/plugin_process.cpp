@@ -132,7 +132,7 @@ PluginProcess::PluginProcess(const PluginLibrary& library, int threads, const Pl
   } catch (const Error& error) {
     cannot(error.what());
   }
-  waitFor(0, limits_.startS);
+  waitFor(0, limits_.startS, limits_.silentS);
   switch (channel->refusal) {
     case plugin::Refusal::none:
       break;
@@ -149,30 +149,99 @@ PluginProcess::PluginProcess(const PluginLibrary& library, int threads, const Pl
     this->end(PluginFault::notAsSaid, fmt::format("is version {}, and plugin.json says {}", version, library_.version));
 }
 
+void PluginProcess::name(plugin::ThingKind kind, const std::string& thing) {
+  Channel& shared = channel();
+  shared.kind = kind;
+  const size_t n = std::min(thing.size(), sizeof shared.thing - 1);
+  std::memcpy(shared.thing, thing.data(), n);
+  shared.thing[n] = '\0';
+}
+
+void PluginProcess::ask() {
+  Channel& shared = channel();
+  shared.asked.fetch_add(1);
+  plugin::wakeAll(shared.asked);
+}
+
 void PluginProcess::call(plugin::Command command) {
   if (ended_) throw PluginError(*ended_);
   Channel& shared = channel();
   shared.command = command;
   const uint32_t before = shared.answered.load();
-  shared.asked.fetch_add(1);
-  plugin::wakeAll(shared.asked);
-  waitFor(before, limits_.callS * threads_);
-  if (const argil_status status = shared.status; status != ARGIL_OK) {
-    if (shared.refusal == plugin::Refusal::unknownThing)
-      throw PluginError(PluginFault::notAsSaid,
-                        fmt::format("{} has no {}, though plugin.json says so", library_.name, textOf(shared.thing)));
-    if (status == ARGIL_NO_MEMORY)
-      throw PluginError(PluginFault::memory, fmt::format("{} needs more than the {} MiB of memory that it may have",
-                                                         library_.name, limits_.memoryBytes >> 20));
-    const std::string why = sentence();
-    throw PluginError(PluginFault::failed,
-                      fmt::format("{} failed{}", library_.name, why.empty() ? ", and does not say why" : ": " + why));
+  ask();
+  waitFor(before, limits_.callS * threads_, limits_.silentS);
+  requireDone();
+}
+
+void PluginProcess::run(plugin::Command command, const std::function<uint64_t(plugin::Upcall)>& serve, Job* job,
+                        double share) {
+  if (ended_) throw PluginError(*ended_);
+  Channel& shared = channel();
+  shared.command = command;
+  shared.cancel.store(0);
+  shared.progressBits.store(0);
+  for (;;) {
+    const uint32_t before = shared.answered.load();
+    ask();
+    try {
+      waitFor(before, HUGE_VAL, limits_.workS, job, share);
+    } catch (const Cancelled&) {
+      stop(before);
+      throw;
+    }
+    if (shared.status != plugin::kAsking) break;
+    try {
+      shared.result = serve(shared.upcall);
+    } catch (...) {
+      shared.result = 0;
+      const uint32_t asked = shared.answered.load();
+      ask();
+      stop(asked);
+      throw;
+    }
   }
+  requireDone();
+}
+
+// It is told to stop and has 100 ms to; whatever it asks for until then it does not get.
+void PluginProcess::stop(uint32_t before) {
+  constexpr auto kPatience = std::chrono::milliseconds(100);
+  Channel& shared = channel();
+  shared.cancel.store(1);
+  const Clock::time_point until = Clock::now() + kPatience;
+  while (Clock::now() < until && !process_->ended()) {
+    if (const uint32_t now = shared.answered.load(); now != before) {
+      if (shared.status != plugin::kAsking) return;
+      before = now;
+      shared.result = 0;
+      ask();
+    }
+    plugin::sleepWhile(shared.answered, before, kLookNs);
+  }
+  process_->kill();
+  (void)process_->wait();
+  ended_ =
+      std::make_unique<PluginError>(PluginFault::hung, fmt::format("{} did not stop and was stopped", library_.name));
+}
+
+void PluginProcess::requireDone() {
+  Channel& shared = channel();
+  const argil_status status = shared.status;
+  if (status == ARGIL_OK) return;
+  if (shared.refusal == plugin::Refusal::unknownThing)
+    throw PluginError(PluginFault::notAsSaid,
+                      fmt::format("{} has no {}, though plugin.json says so", library_.name, textOf(shared.thing)));
+  if (status == ARGIL_NO_MEMORY)
+    throw PluginError(PluginFault::memory, fmt::format("{} needs more than the {} MiB of memory that it may have",
+                                                       library_.name, limits_.memoryBytes >> 20));
+  const std::string why = sentence();
+  throw PluginError(PluginFault::failed,
+                    fmt::format("{} failed{}", library_.name, why.empty() ? ", and does not say why" : ": " + why));
 }
 
 // A process that computes may take its processor time, however busy the machine is; one that sleeps has stopped
 // working.
-void PluginProcess::waitFor(uint32_t before, double most) {
+void PluginProcess::waitFor(uint32_t before, double most, double silentS, Job* job, double share) {
   Channel& shared = channel();
   if (shared.answered.load() != before) return;
   plugin::sleepWhile(shared.answered, before, kLookNs);
@@ -184,6 +253,10 @@ void PluginProcess::waitFor(uint32_t before, double most) {
       if (shared.answered.load() != before && shared.refusal != plugin::Refusal::none) return;
       failEnd(*status);
     }
+    if (job) {
+      const auto done = std::bit_cast<double>(shared.progressBits.load());
+      job->step(share * (done >= 0 && done <= 1 ? done : 0));
+    }
     plugin::sleepWhile(shared.answered, before, kLookNs);
     if (shared.answered.load() != before) return;
     const Clock::time_point now = Clock::now();
@@ -191,8 +264,8 @@ void PluginProcess::waitFor(uint32_t before, double most) {
       end(PluginFault::hung, fmt::format("computed for more than {:.2g} s without an answer and was stopped", most));
     if (computes(pid()))
       lastSeen = now;
-    else if (seconds(now - lastSeen) > limits_.silentS)
-      end(PluginFault::hung, fmt::format("did not answer for {:.2g} s and was stopped", limits_.silentS));
+    else if (seconds(now - lastSeen) > silentS)
+      end(PluginFault::hung, fmt::format("did not answer for {:.2g} s and was stopped", silentS));
   }
 }
 

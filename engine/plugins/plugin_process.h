@@ -2,11 +2,13 @@
 // A plugin's library at work, in a process of its own.
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
 
 #include "clay/base/error.h"
+#include "clay/base/job.h"
 #include "io/bytes/child_process.h"
 #include "plugins/runner/channel.h"
 
@@ -44,8 +46,9 @@ struct PluginLibrary {
 
 struct PluginLimits {
   double startS = 5;      ///< Of processor time until it is ready.
-  double callS = 0.25;    ///< Of processor time for a call, and each of its threads.
+  double callS = 0.25;    ///< Of processor time for a stamp, and each of its threads.
   double silentS = 0.25;  ///< Without an answer while none of its threads computes.
+  double workS = 5;       ///< The same while it works on a file or on a whole piece.
   uint64_t memoryBytes = uint64_t{2} << 30;
   bool comparesWindow = false;  ///< Whether it changes what it was given, or what is not its own: slow, for trials.
 };
@@ -63,9 +66,15 @@ class PluginProcess {
   [[nodiscard]] plugin::Channel& channel() const { return *static_cast<plugin::Channel*>(memory_.get()); }
   [[nodiscard]] std::byte* window() const { return static_cast<std::byte*>(memory_.get()) + plugin::kWindowAt; }
 
+  /// What the next commands are about.
+  void name(plugin::ThingKind kind, const std::string& thing);
   /// Has a command done. Throws PluginError when it says that it failed; when it crashed or hung, the process is gone
   /// then and every other call throws the same.
   void call(plugin::Command command);
+  /// The same for work that takes as long as it takes and asks for things meanwhile: `serve` answers each, and gives
+  /// what Channel::result is to be; its progress is that share of the job's. What `serve` throws comes out once the
+  /// process has been told to stop. Throws Cancelled; a process that does not stop within 100 ms is killed.
+  void run(plugin::Command command, const std::function<uint64_t(plugin::Upcall)>& serve, Job* job, double share = 1);
   /// The process is killed; `fault` is what every other call throws. Throws it itself.
   [[noreturn]] void end(PluginFault fault, const std::string& what);
 
@@ -85,7 +94,10 @@ class PluginProcess {
   struct Unmap {
     void operator()(void* memory) const;
   };
-  void waitFor(uint32_t before, double seconds);
+  void ask();
+  void waitFor(uint32_t before, double seconds, double silentS, Job* job = nullptr, double share = 1);
+  void stop(uint32_t before);
+  void requireDone();
   [[noreturn]] void failEnd(int status);
 
   PluginLibrary library_;

@@ -4,13 +4,17 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <mutex>
 #include <nlohmann/json.hpp>
 
 #include "clay/base/error.h"
+#include "engine/plugins/plugin_work.h"
 #include "engine/text/json_text.h"
 #include "engine/text/script_place.h"
+#include "engine/tools/added_jobs.h"
 #include "io/bytes/atomic_file.h"
 #include "io/bytes/input.h"
+#include "io/models/added_formats.h"
 
 namespace argil::engine {
 
@@ -185,6 +189,53 @@ void Plugins::disable(std::string_view id) {
   change(id, false);
 }
 
+namespace {
+
+// The first plugin that brings an ending has it for the life of the program.
+void addFormat(const Plugin::Format& format, const std::shared_ptr<PluginProcesses>& processes) {
+  static std::mutex mutex;
+  static std::map<std::string, std::string> whose;  // of endings
+  const std::lock_guard lock(mutex);
+  if (const auto [it, fresh] = whose.try_emplace(format.ending, format.id); !fresh) {
+    if (it->second == format.id) return;
+    throw Error(fmt::format("{} brings the ending {} already", it->second, format.ending));
+  }
+  io::AddedFormat added{format.name, format.ending, {}, {}};
+  if (format.reads)
+    added.read = [format, processes](const fs::path& file, Job* job) {
+      const io::FileBytes content = io::readFile(file, job);
+      io::ModelFile model;
+      try {
+        model = importByPlugin(*processes, format.id, content.bytes(), job);
+      } catch (const Cancelled&) {
+        throw;
+      } catch (const Error& error) {
+        throw Error(fmt::format("{}: {}", io::displayName(file), error.what()), error.kind());
+      }
+      model.format = format.name;
+      if (format.unitMm > 0) model.unitMm = format.unitMm;
+      return model;
+    };
+  if (format.writes)
+    added.write = [format, processes](io::AtomicFile& file, const io::ModelView& model, Job* job) {
+      exportByPlugin(*processes, format.id, file, model, PluginFrame{model.frame, model.frames}, job);
+    };
+  added.frameEnding = format.frameEnding;
+  io::addFormat(std::move(added));
+}
+
+void addOperation(const Plugin::Operation& operation, const ToolOrigin& origin,
+                  const std::shared_ptr<PluginProcesses>& processes) {
+  std::vector<std::string> numbers;
+  for (const AddedTool::Number& number : operation.numbers) numbers.push_back(number.id);
+  addedJobs().add({origin, operation.id, operation.name, operation.help, operation.doing, operation.numbers,
+                   [=](const clay::Version& version, std::span<const float> values, Job* job) {
+                     return operateByPlugin(*processes, operation.id, numbers, values, version, job);
+                   }});
+}
+
+}  // namespace
+
 void Plugins::load() {
   for (FoundPlugin& each : found_) {
     if (each.state == PluginState::broken || each.state == PluginState::hidden) continue;
@@ -213,6 +264,9 @@ void Plugins::load(FoundPlugin& found) {
       if (brush.facts) tool.external = std::make_shared<const PluginBrush>(*brush.facts, processes);
       addedTools().add(tool);
     }
+    const ToolOrigin origin{found.plugin.id, found.plugin.version, enabled_.at(found.plugin.id)};
+    for (const Plugin::Format& format : found.plugin.formats) addFormat(format, processes);
+    for (const Plugin::Operation& operation : found.plugin.operations) addOperation(operation, origin, processes);
   } catch (const Error& error) {
     found.state = PluginState::broken;
     found.problem = fmt::format("{}: {}", found.folder.string(), error.what());

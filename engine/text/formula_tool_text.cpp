@@ -34,6 +34,12 @@ AddedTool::Number numberOf(const Place& place) {
 
 }  // namespace
 
+std::vector<AddedTool::Number> readNumbers(const Place& place) {
+  std::vector<AddedTool::Number> numbers;
+  for (const Place& each : place.items()) numbers.push_back(numberOf(each));
+  return numbers;
+}
+
 nlohmann::ordered_json formulaToolJson(const AddedTool& tool) {
   nlohmann::ordered_json json{{"name", tool.name}, {"help", tool.help}};
   if (!tool.icon.empty()) json["icon"] = tool.icon;
@@ -70,8 +76,7 @@ AddedTool readToolFacts(const Place& place, std::string id, std::initializer_lis
   tool.name = place.at("name").text();
   tool.help = place.at("help").text();
   if (const auto icon = place.maybe("icon")) tool.icon = icon->text();
-  if (const auto numbers = place.maybe("numbers"))
-    for (const Place& each : numbers->items()) tool.numbers.push_back(numberOf(each));
+  if (const auto numbers = place.maybe("numbers")) tool.numbers = readNumbers(*numbers);
   if (const auto falloff = place.maybe("falloff")) tool.falloff = falloff->oneOf<clay::Falloff>(kFalloffs);
   if (const auto strength = place.maybe("strength")) tool.strength = strength->number(0, 1);
   if (const auto inverts = place.maybe("inverts")) tool.inverts = inverts->truth();

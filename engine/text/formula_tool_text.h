@@ -8,6 +8,8 @@
 
 namespace argil::engine {
 
+/// Numbers as plugins name them, not checked. Throws Error that names the place.
+[[nodiscard]] std::vector<AddedTool::Number> readNumbers(const Place& place);
 /// All but its id and its plugin.
 [[nodiscard]] nlohmann::ordered_json formulaToolJson(const AddedTool& tool);
 /// `others`: keys that may stand beside. Throws Error that names the place: for what cannot be read and what no program

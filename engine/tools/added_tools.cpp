@@ -76,32 +76,40 @@ std::unique_ptr<const clay::Formula> checkedFormula(const AddedTool& tool) {
         fmt::format("{}: an icon is a drawing of {} characters at most that begins with M, O or D, such as "
                     "\"M4 20 L20 4 O12 12 5\"",
                     tool.id, kMostIcon));
-  if (tool.numbers.size() > kMostOwnNumbers)
-    throw Error(fmt::format("{}: {} numbers: {} is the most", tool.id, tool.numbers.size(), kMostOwnNumbers));
   if (!(tool.strength >= 0 && tool.strength <= 1))
     throw Error(fmt::format("{}: a strength of {}: give 0 to 1", tool.id, tool.strength));
-  const ToolRow& like = likeRow();
+  checkNumbers(tool.numbers, tool.id);
   std::vector<std::string> names;
   for (const AddedTool::Number& number : tool.numbers) {
-    requireId(number.id, "a number's id");
-    requireText(number.name, "a number's name", kMostName);
-    requireText(number.help, "a number's help", kMostHelp);
-    if (findParameter(like, number.id) || std::find(names.begin(), names.end(), number.id) != names.end())
+    if (findParameter(likeRow(), number.id))
       throw Error(fmt::format("{}: the number \"{}\" is there already: take another id", tool.id, number.id));
-    if (!std::isfinite(number.low) || !std::isfinite(number.high) || !(number.low < number.high) ||
-        !(number.standard >= number.low && number.standard <= number.high) || (number.logarithmic && number.low <= 0))
-      throw Error(fmt::format("{}: {} goes from {} to {} and begins as {}: give rising numbers{}", tool.id, number.id,
-                              number.low, number.high, number.standard, number.logarithmic ? " above 0" : ""));
-    constexpr std::array<std::string_view, 4> kUnits{"", "mm", "share", "°"};
-    if (std::find(kUnits.begin(), kUnits.end(), number.unit) == kUnits.end())
-      throw Error(
-          fmt::format("{}: {} has the unit \"{}\": give mm, share, ° or nothing", tool.id, number.id, number.unit));
     names.push_back(number.id);
   }
   return tool.external ? nullptr : std::make_unique<const clay::Formula>(tool.formula, names);
 }
 
 }  // namespace
+
+void checkNumbers(const std::vector<AddedTool::Number>& numbers, std::string_view of) {
+  if (numbers.size() > kMostOwnNumbers)
+    throw Error(fmt::format("{}: {} numbers: {} is the most", of, numbers.size(), kMostOwnNumbers));
+  for (size_t i = 0; i < numbers.size(); ++i) {
+    const AddedTool::Number& number = numbers[i];
+    requireId(number.id, "a number's id");
+    requireText(number.name, "a number's name", kMostName);
+    requireText(number.help, "a number's help", kMostHelp);
+    if (std::any_of(numbers.begin(), numbers.begin() + static_cast<ptrdiff_t>(i),
+                    [&](const AddedTool::Number& other) { return other.id == number.id; }))
+      throw Error(fmt::format("{}: the number \"{}\" is there already: take another id", of, number.id));
+    if (!std::isfinite(number.low) || !std::isfinite(number.high) || !(number.low < number.high) ||
+        !(number.standard >= number.low && number.standard <= number.high) || (number.logarithmic && number.low <= 0))
+      throw Error(fmt::format("{}: {} goes from {} to {} and begins as {}: give rising numbers{}", of, number.id,
+                              number.low, number.high, number.standard, number.logarithmic ? " above 0" : ""));
+    constexpr std::array<std::string_view, 4> kUnits{"", "mm", "share", "°"};
+    if (std::find(kUnits.begin(), kUnits.end(), number.unit) == kUnits.end())
+      throw Error(fmt::format("{}: {} has the unit \"{}\": give mm, share, ° or nothing", of, number.id, number.unit));
+  }
+}
 
 void checkTool(const AddedTool& tool) {
   (void)checkedFormula(tool);

@@ -37,6 +37,8 @@ struct AddedTool {
   bool adds = false;     ///< clay::Brush::adds.
 };
 
+/// Throws Error for numbers that no program could use; `of` names whose they are.
+void checkNumbers(const std::vector<AddedTool::Number>& numbers, std::string_view of);
 /// Throws Error for what no program could use: texts, numbers, a formula that cannot be read.
 void checkTool(const AddedTool& tool);
 

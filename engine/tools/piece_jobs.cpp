@@ -5,18 +5,13 @@
 #include <fmt/format.h>
 
 #include "clay/base/error.h"
+#include "engine/tools/added_jobs.h"
 #include "engine/tools/piece_cost.h"
 
 namespace argil::engine {
 
 std::span<const PieceJob> pieceJobs() {
-  static const std::vector<PieceJob> all = [] {
-    std::vector<PieceJob> rows;
-    for (const auto part : {combineJobs(), shapeJobs(), deformJobs(), maskJobs()})
-      rows.insert(rows.end(), part.begin(), part.end());
-    return rows;
-  }();
-  return all;
+  return addedJobs().all();
 }
 
 const PieceJob* findPieceJob(std::string_view id) {
@@ -52,7 +47,7 @@ PieceResult runPieceJob(const PieceJob& row, const Document& document, const Pie
   }
   // Which machine it is does not matter to memory.
   requireMemoryFor(row, document, arguments, costOf(row, document, arguments, MachineSpeed()));
-  return row.run(document, arguments, job);
+  return row.added ? runAdded(*row.added, document, arguments, job) : row.run(document, arguments, job);
 }
 
 void applyPieceResult(const PieceResult& result, const Document& before, Document& document) {

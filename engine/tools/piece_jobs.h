@@ -67,6 +67,8 @@ struct PieceResult {
   std::vector<std::string> notes;  ///< Sentences for the person: what was found, how large the error is.
 };
 
+struct AddedJob;  // engine/tools/added_jobs.h
+
 /// A row of the table.
 struct PieceJob {
   std::string_view id, name, help;  ///< "join", "Join", one line.
@@ -80,9 +82,11 @@ struct PieceJob {
   bool takesBox = false;  ///< LatticeValues::boxMm.
   /// Where there is little room and its group stands above it: "Invert" for "Invert mask". Empty: the name.
   std::string_view brief = {};
+  /// Of an operation that was added: what runs in place of `run`.
+  const AddedJob* added = nullptr;
 };
 
-/// All rows, in the order of the menus.
+/// All rows, in the order of the menus, those that were added behind. Any thread; what was returned stays.
 [[nodiscard]] std::span<const PieceJob> pieceJobs();
 /// Null for an unknown id.
 [[nodiscard]] const PieceJob* findPieceJob(std::string_view id);

@@ -87,10 +87,16 @@ struct MaskLassoValues {
   friend bool operator==(const MaskLassoValues&, const MaskLassoValues&) = default;
 };
 
+/// Numbers of an operation that was added (engine/tools/added_jobs.h), in the order of its rows.
+struct AddedValues {
+  std::array<double, 8> own{};
+  friend bool operator==(const AddedValues&, const AddedValues&) = default;
+};
+
 /// Those of one operation; none where it has no parameters.
 using PieceValues = std::variant<std::monostate, CombineValues, OffsetValues, ShellValues, SmoothValues, ScaleValues,
                                  ResampleValues, PrecisionValues, CrumbValues, CutValues, AlongValues, LatticeValues,
-                                 SolidValues, MaskBlurValues, MaskCavityValues, MaskLassoValues>;
+                                 SolidValues, MaskBlurValues, MaskCavityValues, MaskLassoValues, AddedValues>;
 
 /// The struct that a member belongs to.
 template <class Member>

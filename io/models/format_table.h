@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -53,19 +54,22 @@ struct Format {
   // How it is read: exactly one of the three, or none when the format is only written.
   MeshFile (*parseMesh)(const Input&) = nullptr;
   ModelFile (*parseModel)(const Input&) = nullptr;
-  ModelFile (*readInProcess)(const std::filesystem::path&, Job*) = nullptr;
+  std::function<ModelFile(const std::filesystem::path&, Job*)> readInProcess = nullptr;
   // How it is written: piece by piece, or as a whole, or not.
   std::unique_ptr<MeshEncoder> (*encoder)(const WriteOptions&) = nullptr;
   /// Puts the model, which was checked, into the file and says in the report what was lost; the caller counts and
   /// commits. May throw Error, Cancelled.
-  void (*write)(AtomicFile&, const ModelView&, const WriteOptions&, WriteReport&, Job*) = nullptr;
+  std::function<void(AtomicFile&, const ModelView&, const WriteOptions&, WriteReport&, Job*)> write = nullptr;
   bool singlePrecision = false;  ///< Coordinates are written as 32-bit numbers.
   // What a file of it can say.
   bool objects = false;  ///< Several, with names.
   bool colours = false;  ///< Of vertices, and so of the whole.
   bool triangleColours = false;
+  bool byEnding = false;  ///< Was added: its ending says more than what other formats find in the content.
+  std::string_view frameEnding = {};  ///< AddedFormat::frameEnding.
 };
 
+/// Those of the program, then those that were added (added_formats.h). Any thread; what was returned stays.
 [[nodiscard]] std::span<const Format> formats();
 
 bool recognizesStl(const Input&);

@@ -133,6 +133,10 @@ ModelFile parseModel(std::span<const std::byte> bytes, const std::string& name, 
 
 ModelFile readModel(const std::filesystem::path& path, Job* job) {
   // What a process of its own reads is not read twice.
+  const std::string ending = endingOf(path);
+  for (const Format& format : formats()) {
+    if (format.byEnding && format.readInProcess && format.extension == ending) return format.readInProcess(path, job);
+  }
   const std::string head = headOf(path);
   const Input sniffed{std::as_bytes(std::span(head)), displayName(path), job};
   for (const Format& format : formats()) {

@@ -15,7 +15,8 @@ namespace argil::io {
 
 struct ModelView {
   std::span<const ModelObject> objects;  ///< mm.
-  std::vector<std::pair<std::string, std::string>> metadata;
+  std::vector<std::pair<std::string, std::string>> metadata = {};
+  uint32_t frame = 0, frames = 1;  ///< Of a history in many files: which one this is, and how many there are.
 };
 
 /// Writes a model, whole or not at all, as MeshWriter does; formats of one mesh (STL, OBJ, PLY, .drc) get all objects

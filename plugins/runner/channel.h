@@ -18,7 +18,39 @@ inline constexpr uint64_t kWindowBytes = uint64_t{64} << 20;
 /// Descriptors that argil-plugin is started with: the pipe that ends with argil, the channel.
 inline constexpr int kLifeFd = 0, kChannelFd = 3;
 
-enum class Command : uint32_t { none, describeBrush, beginStroke, bricks, endStroke };
+enum class Command : uint32_t {
+  none,
+  describe,  ///< Channel::kind and thing: flags, margin, parameters.
+  beginStroke,
+  bricks,
+  endStroke,
+  beginExport,
+  exportObject,
+  exportVertices,
+  exportTriangles,
+  endExport,  ///< count: whether all was there.
+  import,
+  operate,
+};
+enum class ThingKind : uint32_t { brush, exporter, importer, operation };
+
+/// What argil-plugin asks for while it does what it was asked: it answers with kAsking, and the next question is the
+/// answer.
+enum class Upcall : uint32_t {
+  none,
+  write,      ///< count bytes at the window's beginning.
+  read,       ///< count bytes from first on: to the window's beginning; result: how many.
+  object,     ///< object.
+  vertices,   ///< count, at the window's beginning; first: whether colours stand behind them.
+  triangles,  ///< count.
+  bricks,     ///< count from first on: coordinates, then distances; result: how many.
+  brick,      ///< At coord: distances.
+  put,        ///< count: coordinates, then distances.
+};
+inline constexpr int32_t kAsking = 1000;  ///< Channel::status.
+/// Elements of an upcall, or of a block that is exported, at most.
+inline constexpr uint32_t kMostElements = 65536, kMostBricks = 4096;
+inline constexpr uint64_t kMostBytesAtOnce = uint64_t{8} << 20;
 
 /// How far argil-plugin came before it answered for the first time.
 enum class Stage : uint32_t {
@@ -62,6 +94,7 @@ struct Channel {
   char id[kMostText], version[kMostText];
 
   // Of the thing that is asked for.
+  ThingKind kind;
   char thing[kMostText];
   uint32_t flags, margin, parameterCount;
   char parameterIds[kMostParameters][kMostText];
@@ -71,6 +104,18 @@ struct Channel {
   uint32_t imageCount;
   argil_image images[kMostImages];
   BatchPlace batch;
+
+  // Files and operations.
+  Upcall upcall;
+  uint64_t first, count, result;
+  int32_t coord[3];
+  uint32_t frame, frameCount, objectCount;
+  uint64_t fileBytes;
+  struct Object {
+    uint64_t vertices, triangles;
+    uint32_t colours;
+    char name[kMostText];
+  } object;
 };
 static_assert(std::atomic<uint32_t>::is_always_lock_free && std::atomic<uint64_t>::is_always_lock_free);
 

@@ -37,14 +37,39 @@ void Library::enter(const argil_host& host) {
   if (plugin_->init(&host) != ARGIL_OK) throw Refused{Refusal::initFailed, "its init() failed"};
 }
 
-const argil_brush* Library::brush(const char* id) const {
+template <class Thing>
+const Thing* Library::find(const char* kind, const char* id, size_t least) const {
   for (uint32_t i = 0; i < kMostThings; ++i) {
-    const auto* brush = static_cast<const argil_brush*>(plugin_->get(ARGIL_BRUSH_1, i));
-    if (brush == nullptr) return nullptr;
-    if (ARGIL_HAS(brush, bricks) && brush->id != nullptr && brush->bricks != nullptr && std::strcmp(brush->id, id) == 0)
-      return brush;
+    const auto* thing = static_cast<const Thing*>(plugin_->get(kind, i));
+    if (thing == nullptr) return nullptr;
+    if (thing->size >= least && thing->id != nullptr && std::strcmp(thing->id, id) == 0) return thing;
   }
   return nullptr;
+}
+
+#define ARGIL_UP_TO(type, member) (offsetof(type, member) + sizeof(type::member))
+
+const argil_brush* Library::brush(const char* id) const {
+  const auto* brush = find<argil_brush>(ARGIL_BRUSH_1, id, ARGIL_UP_TO(argil_brush, bricks));
+  return brush != nullptr && brush->bricks != nullptr ? brush : nullptr;
+}
+
+const argil_exporter* Library::exporter(const char* id) const {
+  const auto* exporter = find<argil_exporter>(ARGIL_EXPORTER_1, id, ARGIL_UP_TO(argil_exporter, end));
+  return exporter != nullptr && exporter->begin != nullptr && exporter->object != nullptr &&
+                 exporter->vertices != nullptr && exporter->triangles != nullptr
+             ? exporter
+             : nullptr;
+}
+
+const argil_importer* Library::importer(const char* id) const {
+  const auto* importer = find<argil_importer>(ARGIL_IMPORTER_1, id, ARGIL_UP_TO(argil_importer, run));
+  return importer != nullptr && importer->run != nullptr ? importer : nullptr;
+}
+
+const argil_operation* Library::operation(const char* id) const {
+  const auto* operation = find<argil_operation>(ARGIL_OPERATION_1, id, ARGIL_UP_TO(argil_operation, run));
+  return operation != nullptr && operation->run != nullptr ? operation : nullptr;
 }
 
 }  // namespace argil::plugin

@@ -24,8 +24,14 @@ class Library {
   [[nodiscard]] const argil_plugin& plugin() const { return *plugin_; }
   /// Null: it has none of that id.
   [[nodiscard]] const argil_brush* brush(const char* id) const;
+  [[nodiscard]] const argil_exporter* exporter(const char* id) const;
+  [[nodiscard]] const argil_importer* importer(const char* id) const;
+  [[nodiscard]] const argil_operation* operation(const char* id) const;
 
  private:
+  template <class Thing>
+  [[nodiscard]] const Thing* find(const char* kind, const char* id, size_t least) const;
+
   void* handle_ = nullptr;
   const argil_plugin* plugin_ = nullptr;
 };

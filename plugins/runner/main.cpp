@@ -23,21 +23,13 @@
 #include "plugins/runner/channel.h"
 #include "plugins/runner/futex.h"
 #include "plugins/runner/library.h"
+#include "plugins/runner/runner.h"
 #include "plugins/runner/workers.h"
 
 namespace argil::plugin {
 namespace {
 
 Channel* channel = nullptr;
-
-void put(char (&to)[kMostText], const char* text) noexcept {
-  // Whole characters of UTF-8 alone.
-  size_t n = ::strnlen(text, kMostText - 1);
-  if (n == kMostText - 1)
-    while (n > 0 && (static_cast<unsigned char>(text[n]) & 0xc0) == 0x80) --n;
-  std::memcpy(to, text, n);
-  to[n] = '\0';
-}
 
 // A system call that is refused: noted, and it fails with EPERM.
 void onRefused(int, siginfo_t* what, void* context) {
@@ -62,122 +54,13 @@ void endWithArgil() {
   }).detach();
 }
 
-void answer() noexcept {
-  channel->answered.fetch_add(1);
-  wakeAll(channel->answered);
-}
-
 [[noreturn]] void refuse(Refusal why, const std::string& sentence) {
   // What the plugin itself said is better.
   if (why != Refusal::initFailed || channel->text[0] == '\0') put(channel->text, sentence.c_str());
   channel->refusal = why;
-  answer();
+  answer(*channel);
   ::_exit(1);
 }
-
-class Runner {
- public:
-  Runner(Library& library, Workers& workers) : library_(library), workers_(workers) {}
-
-  [[noreturn]] void serve() {
-    for (uint32_t done = 0;;) {
-      while (channel->asked.load() == done) sleepWhile(channel->asked, done, -1);
-      ++done;
-      channel->text[0] = '\0';
-      channel->refusal = Refusal::none;
-      channel->status = work();
-      answer();
-    }
-  }
-
- private:
-  argil_status work() {
-    switch (channel->command) {
-      case Command::none:
-        return ARGIL_OK;
-      case Command::describeBrush:
-        return describe();
-      case Command::beginStroke:
-        return begin();
-      case Command::bricks:
-        return bricks();
-      case Command::endStroke:
-        end();
-        return ARGIL_OK;
-    }
-    return ARGIL_FAILED;
-  }
-
-  const argil_brush* find() {
-    const argil_brush* brush = library_.brush(channel->thing);
-    if (brush == nullptr) channel->refusal = Refusal::unknownThing;
-    return brush;
-  }
-
-  argil_status describe() {
-    const argil_brush* brush = find();
-    if (brush == nullptr) return ARGIL_FAILED;
-    channel->flags = brush->flags;
-    channel->margin = brush->margin;
-    channel->parameterCount = brush->parameter_count;
-    if (brush->parameters != nullptr)
-      for (uint32_t i = 0; i < std::min(brush->parameter_count, kMostParameters); ++i)
-        put(channel->parameterIds[i], brush->parameters[i] != nullptr ? brush->parameters[i] : "");
-    return ARGIL_OK;
-  }
-
-  argil_status begin() {
-    end();
-    const argil_brush* brush = find();
-    if (brush == nullptr) return ARGIL_FAILED;
-    argil_stroke stroke = channel->stroke;
-    stroke.parameters = channel->parameters;
-    if (brush->begin != nullptr) {
-      stroke_ = brush->begin(&stroke);
-      if (stroke_ == nullptr && brush->end != nullptr) return ARGIL_FAILED;
-    }
-    brush_ = brush;
-    return ARGIL_OK;
-  }
-
-  void end() {
-    if (brush_ != nullptr && brush_->size >= offsetof(argil_brush, end) + sizeof(brush_->end) && brush_->end != nullptr)
-      brush_->end(stroke_);
-    brush_ = nullptr;
-    stroke_ = nullptr;
-  }
-
-  argil_status bricks() {
-    if (brush_ == nullptr) return ARGIL_FAILED;
-    auto* window = reinterpret_cast<std::byte*>(channel) + kWindowAt;
-    const BatchPlace& place = channel->batch;
-    std::atomic<argil_status> worst{ARGIL_OK};
-    const auto range = [&](uint32_t from, uint32_t to) {
-      argil_batch batch{};
-      batch.size = sizeof batch;
-      batch.image_count = channel->imageCount;
-      batch.images = channel->images;
-      batch.count = to - from;
-      batch.margin = place.margin;
-      batch.coords = reinterpret_cast<const int32_t(*)[3]>(window + place.coords) + from;
-      batch.phi = reinterpret_cast<const float*>(window + place.phi) + size_t{from} * place.brick;
-      batch.brick = place.brick;
-      batch.plane = place.plane;
-      batch.row = place.row;
-      batch.weight = reinterpret_cast<const float*>(window + place.weight) + size_t{from} * 512;
-      batch.out = reinterpret_cast<float*>(window + place.out) + size_t{from} * 512;
-      if (const argil_status status = brush_->bricks(stroke_, &batch); status != ARGIL_OK) worst.store(status);
-    };
-    constexpr uint32_t kAtLeast = 16;  // bricks that are worth a thread's while
-    workers_.run(place.count, (brush_->flags & ARGIL_BRUSH_SERIAL) != 0 ? place.count : kAtLeast, range);
-    return worst.load();
-  }
-
-  Library& library_;
-  Workers& workers_;
-  const argil_brush* brush_ = nullptr;
-  void* stroke_ = nullptr;
-};
 
 }  // namespace
 }  // namespace argil::plugin
@@ -233,8 +116,8 @@ int main(int argc, char** argv) {
     auto& workers = *new Workers(threads);
     (void)io::confineCalls(io::Calls::computing);
     channel->stage.store(uint32_t(Stage::ready));
-    answer();
-    Runner(loaded, workers).serve();
+    answer(*channel);
+    Runner(*channel, loaded, workers).serve();
   } catch (const Refused& refused) {
     refuse(refused.why, refused.sentence);
   } catch (const std::exception& error) {

@@ -161,6 +161,103 @@ typedef struct argil_brush {
   void (*end)(void* stroke);
 } argil_brush;
 
+/* ------------------------------------------------------------------------------------------------------------------
+ * Exporters and importers. A file is a row of bytes; a model is objects of triangles, vertices first. All calls [main].
+ * Positions are in mm when they go out, in the file's unit (plugin.json says which) when they come in; z is up. A
+ * triangle's corners go around counter-clockwise, seen from outside; they count the object's own vertices from 0.
+ * Colours are sRGB and alpha, one a vertex. A vertex is 3 doubles, a triangle 3 corners, a colour 4 bytes, one behind
+ * the other; `count` counts vertices or triangles. */
+#define ARGIL_EXPORTER_1 "argil.exporter/1"
+#define ARGIL_IMPORTER_1 "argil.importer/1"
+
+typedef struct argil_object {
+  uint32_t size;
+  bool has_colours;
+  bool reserved[3];
+  const char* name; /* May be empty. */
+  uint64_t vertex_count, triangle_count;
+} argil_object;
+
+typedef struct argil_export {
+  uint32_t size;
+  uint32_t object_count;
+  /* Of a sequence: which file of how many this is, from 0; else 0 of 1. */
+  uint32_t frame, frame_count;
+  void* self; /* First argument of each function below. */
+  /* Appends to the file. False: the disk is full, or the user has asked to stop: return ARGIL_FAILED. */
+  bool (*write)(void* self, const void* bytes, uint64_t count);
+} argil_export;
+
+typedef struct argil_exporter {
+  uint32_t size;
+  uint32_t flags; /* 0. */
+  const char* id; /* As plugin.json has it. */
+  /* One file. For each object: object(), all its vertices, all its triangles, in blocks; then end(). What begin()
+   * returns is handed to the calls below; null fails, unless `end` is null too. `file` is valid until end() returns.
+   * After any failure end() is called once with `complete` false. */
+  void* (*begin)(const argil_export* file);
+  argil_status (*object)(void* exporter, const argil_object* object);
+  argil_status (*vertices)(void* exporter, const double* positions, const uint8_t* colours, uint32_t count);
+  argil_status (*triangles)(void* exporter, const uint32_t* corners, uint32_t count);
+  argil_status (*end)(void* exporter, bool complete);
+} argil_exporter;
+
+typedef struct argil_import {
+  uint32_t size;
+  uint32_t reserved;
+  uint64_t file_bytes;
+  void* self; /* First argument of each function below. */
+  /* Copies bytes of the file from `offset` on; how many there were. */
+  uint64_t (*read)(void* self, uint64_t offset, void* bytes, uint64_t count);
+  /* An object, then its vertices and its triangles, as many as announced, in blocks of any size. False: too many, or
+   * the user has asked to stop: return ARGIL_FAILED. */
+  bool (*object)(void* self, const argil_object* object);
+  bool (*vertices)(void* self, const double* positions, const uint8_t* colours, uint32_t count);
+  bool (*triangles)(void* self, const uint32_t* corners, uint32_t count);
+} argil_import;
+
+typedef struct argil_importer {
+  uint32_t size;
+  uint32_t flags; /* 0. */
+  const char* id; /* As plugin.json has it. */
+  argil_status (*run)(const argil_import* file);
+} argil_importer;
+
+/* ------------------------------------------------------------------------------------------------------------------
+ * Operations on a whole piece, in the background. Bricks as brushes have them; those that hold or touch the surface are
+ * numbered from 0 in a fixed order. What is not put() stays. Distances that are put are renewed afterwards: they need
+ * be right within a voxel of the surface. All calls [main]; ask cancelled() at least every 100 ms. */
+#define ARGIL_OPERATION_1 "argil.operation/1"
+
+typedef struct argil_work {
+  uint32_t size;
+  float band;
+  double voxel_mm, origin_mm[3]; /* As argil_stroke has them. */
+  uint64_t brick_count;
+  uint32_t parameter_count;
+  uint32_t reserved;
+  const float* parameters;
+  void* self; /* First argument of each function below. */
+  /* Bricks `first` to `first + count`, as they were before: 3 coordinates and 512 distances each. How many were given:
+   * 4096 at most. */
+  uint32_t (*bricks)(void* self, uint64_t first, uint32_t count, int32_t* coords, float* phi);
+  /* Any brick, as it was before: where there is none, all of it is `band` or -`band`. */
+  void (*brick)(void* self, const int32_t* coord, float* phi);
+  /* New distances of some bricks. False: too many, one that is not finite, or the user has asked to stop: return
+   * ARGIL_FAILED. */
+  bool (*put)(void* self, uint32_t count, const int32_t* coords, const float* phi);
+} argil_work;
+
+typedef struct argil_operation {
+  uint32_t size;
+  uint32_t flags; /* 0. */
+  const char* id; /* As plugin.json has it. */
+  uint32_t reserved;
+  uint32_t parameter_count;      /* 0 to 8. */
+  const char* const* parameters; /* Their ids, as plugin.json has them. */
+  argil_status (*run)(const argil_work* work);
+} argil_operation;
+
 #ifdef __cplusplus
 }
 #endif

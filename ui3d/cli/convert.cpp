@@ -14,6 +14,7 @@
 #include "engine/models/load_document.h"
 #include "engine/saving/saved_document.h"
 #include "io/bytes/input.h"
+#include "io/models/added_formats.h"
 #include "io/models/model_file.h"
 #include "io/models/model_writer.h"
 #include "ui3d/cli/mesh_input.h"
@@ -147,6 +148,11 @@ void convert(const ConvertOptions& options) {
     engine::applyPreset(engine::exportPresetNamed(options.destination), options.output, none);
   }
   const std::string ending = io::endingOf(options.output);
+  if (!io::frameEndingOf(ending).empty()) {
+    const ProgressLine line("writing " + options.output.filename().string(), options.job);
+    fmt::print("{}\n", engine::writeHistory(options.output, options.input, exportOf(options, {}), options.job));
+    return;
+  }
   if (options.draco && ending != ".glb" && ending != ".gltf")
     throw Error(fmt::format("{}: --draco packs .glb and .gltf alone; leave it out", options.output.string()));
   if (byWayOfClay)

@@ -90,6 +90,27 @@ TEST(Plugins, AreListedDescribedAndChecked) {
   EXPECT_EQ(argil({"tools", "--ids"}).out.find("local.rings"), std::string::npos);
 }
 
+// A time-lapse of a document's steps.
+TEST(Plugins, AHistoryBecomesASequenceOfFiles) {
+  const Scratch scratch;
+  const Home home(scratch.path());
+  setenv("ARGIL_PLUGIN_PATH", (fs::path(ARGIL_COMMAND).parent_path().parent_path() / "plugins").c_str(), 1);
+  ASSERT_EQ(argil({"plugins", "enable", "org.argil.obj-sequence"}).code, 0);
+  const fs::path script = scratch / "steps.json", document = scratch / "steps.argil";
+  std::ofstream(script) << R"({"argil": 1, "units": "mm", "setup": [{"sphere": {"radius_mm": 10}}], "strokes": [
+    {"tool": "carve", "radius_mm": 2, "path": [[0, -3, 0, 10], [1, 3, 0, 10]]},
+    {"tool": "add", "radius_mm": 2, "path": [[0, 0, -3, 10], [1, 0, 3, 10]]}]})";
+  ASSERT_EQ(argil({"sculpt", script.string(), "-o", document.string()}).code, 0);
+  const Outcome made = argil({"convert", document.string(), (scratch / "lapse.objs").string()});
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_NE(made.out.find("3 files written, lapse-0001.obj to 0003"), std::string::npos) << made.out;
+  for (const char* name : {"lapse-0001.obj", "lapse-0002.obj", "lapse-0003.obj"})
+    EXPECT_NE(argil({"inspect", (scratch / name).string(), "--units", "mm"}).out.find("closed      yes"),
+              std::string::npos)
+        << name;
+  EXPECT_EQ(argil({"convert", (scratch / "lapse-0001.obj").string(), (scratch / "x.objs").string()}).code, 2);
+}
+
 // A script whose plugin fails writes nothing and says whose fault it is in one line.
 TEST(Plugins, AScriptWhosePluginFailsWritesNothing) {
   const Scratch scratch;

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "io/bytes/input.h"
+#include "io/models/added_formats.h"
 
 namespace argil::studio {
 namespace {
@@ -35,7 +36,7 @@ constexpr std::array kKinds{
 
 std::vector<std::string> endings(bool FileKind::*which) {
   std::vector<std::string> result;
-  for (const FileKind& kind : kKinds)
+  for (const FileKind& kind : fileKinds())
     if (kind.*which) result.emplace_back(kind.ending);
   return result;
 }
@@ -43,14 +44,21 @@ std::vector<std::string> endings(bool FileKind::*which) {
 }  // namespace
 
 std::span<const FileKind> fileKinds() {
-  return kKinds;
+  static std::vector<FileKind> all(kKinds.begin(), kKinds.end());
+  const std::vector<io::AddedFormatFacts> added = io::addedFormats();
+  // A history in many files is written by the command.
+  for (size_t i = all.size() - kKinds.size(); i < added.size(); ++i)
+    all.push_back({added[i].extension, added[i].name, "", added[i].reads, added[i].reads,
+                   added[i].writes && !added[i].frames ? "By a plugin; lengths in mm." : "", true});
+  return all;
 }
 
 const FileKind* kindOf(const std::filesystem::path& file) {
   const std::string ending = io::endingOf(file);
+  const std::span<const FileKind> kinds = fileKinds();
   const auto row =
-      std::find_if(kKinds.begin(), kKinds.end(), [&](const FileKind& kind) { return kind.ending == ending; });
-  return row == kKinds.end() ? nullptr : &*row;
+      std::find_if(kinds.begin(), kinds.end(), [&](const FileKind& kind) { return kind.ending == ending; });
+  return row == kinds.end() ? nullptr : &*row;
 }
 
 bool asksForUnits(const std::filesystem::path& file) {

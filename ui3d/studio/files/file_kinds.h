@@ -19,6 +19,7 @@ struct FileKind {
   bool reduces = false;     ///< Written as triangles, which can be made fewer.
 };
 
+/// Those of plugins too. The window's thread; made anew where a plugin has added some.
 [[nodiscard]] std::span<const FileKind> fileKinds();
 /// By the ending in any case; null: none of them.
 [[nodiscard]] const FileKind* kindOf(const std::filesystem::path& file);

@@ -200,7 +200,10 @@ std::string drawPrice(const engine::Document& document, Operation& operation, co
     }
     operation.price = std::move(price);
   }
-  kit::fact("Takes", engine::sentence(operation.price->cost, int(std::thread::hardware_concurrency())));
+  if (operation.row->added)
+    kit::fact("Takes", "as long as the plugin needs");
+  else
+    kit::fact("Takes", engine::sentence(operation.price->cost, int(std::thread::hardware_concurrency())));
   return operation.price->problem;
 }
 
