@@ -117,12 +117,28 @@ Plugin::Operation operationOf(const Place& place, const Plugin& plugin) {
   return operation;
 }
 
+Plugin::Guide guideOf(const Place& place, const Plugin& plugin) {
+  place.keys({"id", "name", "help", "numbers"});
+  Plugin::Guide guide;
+  guide.id = plugin.id + "." + place.at("id").text();
+  guide.name = place.at("name").text();
+  guide.help = place.at("help").text();
+  if (const auto numbers = place.maybe("numbers")) guide.numbers = readNumbers(*numbers);
+  try {
+    checkNumbers(guide.numbers, guide.id);
+  } catch (const Error& error) {
+    place.fail(error.what());
+  }
+  return guide;
+}
+
 }  // namespace
 
 Plugin parsePlugin(std::string_view text, const std::string& name) {
   const nlohmann::json json = parseJson(text, name, "a plugin is {...}");
   const Place root(json, name, "");
-  root.keys({"format", "id", "name", "version", "licence", "help", "library", "brushes", "formats", "operations"});
+  root.keys(
+      {"format", "id", "name", "version", "licence", "help", "library", "brushes", "formats", "operations", "guides"});
   if (const double format = root.at("format").number(1, 1e6); format != kPluginFormat)
     root.at("format").fail(fmt::format("{:g} is of a newer Argil; this one knows {}", format, kPluginFormat));
   Plugin plugin;
@@ -142,9 +158,11 @@ Plugin parsePlugin(std::string_view text, const std::string& name) {
       list->fail("are of a library, and none is named: give \"library\"");
     return items;
   };
-  const std::vector<Place> brushes = listOf("brushes"), formats = listOf("formats"), operations = listOf("operations");
-  if (brushes.empty() && formats.empty() && operations.empty())
-    root.fail("brings nothing: give \"brushes\", \"formats\" or \"operations\"");
+  const std::vector<Place> brushes = listOf("brushes"), formats = listOf("formats"), operations = listOf("operations"),
+                           guides = listOf("guides");
+  if (brushes.empty() && formats.empty() && operations.empty() && guides.empty())
+    root.fail("brings nothing: give \"brushes\", \"formats\", \"operations\" or \"guides\"");
+  for (const Place& each : guides) plugin.guides.push_back(guideOf(each, plugin));
   for (const Place& each : formats) plugin.formats.push_back(formatOf(each, plugin));
   for (const Place& each : operations) plugin.operations.push_back(operationOf(each, plugin));
   for (const Place& each : brushes) {

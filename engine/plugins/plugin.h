@@ -29,9 +29,13 @@ struct Plugin {
     std::string frameEnding;
     double unitMm = 0;  ///< mm in one unit of what is read; 0: the user is asked.
   };
-  /// An operation of the library on a whole piece.
+  /// An operation of the library on a whole piece; a guide of it that is felt.
   struct Operation {
     std::string id, name, help, doing;
+    std::vector<AddedTool::Number> numbers;
+  };
+  struct Guide {
+    std::string id, name, help;
     std::vector<AddedTool::Number> numbers;
   };
 
@@ -40,6 +44,7 @@ struct Plugin {
   std::vector<Brush> brushes;
   std::vector<Format> formats;
   std::vector<Operation> operations;
+  std::vector<Guide> guides;
   std::string library;   ///< Its file's name; empty: it runs no code of its own.
   std::string checksum;  ///< SHA-256 of its plugin.json, in hexadecimal digits.
 };

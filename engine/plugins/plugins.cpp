@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "clay/base/error.h"
+#include "engine/plugins/felt_guides.h"
 #include "engine/plugins/plugin_work.h"
 #include "engine/text/json_text.h"
 #include "engine/text/script_place.h"
@@ -266,6 +267,8 @@ void Plugins::load(FoundPlugin& found) {
     }
     const ToolOrigin origin{found.plugin.id, found.plugin.version, enabled_.at(found.plugin.id)};
     for (const Plugin::Format& format : found.plugin.formats) addFormat(format, processes);
+    for (const Plugin::Guide& guide : found.plugin.guides)
+      feltGuides().add({origin, guide.id, guide.name, guide.help, guide.numbers, processes});
     for (const Plugin::Operation& operation : found.plugin.operations) addOperation(operation, origin, processes);
   } catch (const Error& error) {
     found.state = PluginState::broken;

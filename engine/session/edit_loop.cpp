@@ -61,6 +61,12 @@ void EditLoop::setQuality(const haptics::Quality& quality) {
   changed_ = true;
 }
 
+void EditLoop::setGuides(std::vector<haptics::Guide> guides) {
+  for (const haptics::Guide& guide : guides) guide.check();
+  scene_.guides = std::move(guides);
+  changed_ = true;
+}
+
 void EditLoop::gather(haptics::SampleRing& ring) {
   for (size_t count = ring.pop(batch_); count > 0; count = ring.pop(batch_)) {
     zeroNs_ = std::min(zeroNs_, haptics::nowNs() - nanoseconds(batch_[count - 1].timeS));

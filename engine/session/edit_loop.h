@@ -60,6 +60,10 @@ class EditLoop {
   void setWorkspace(const haptics::Workspace& workspace);
   void setQuality(const haptics::Quality& quality);
 
+  /// Guides beside those of the document, felt before them, from the next scene on. Throws Error for what haptics
+  /// refuses.
+  void setGuides(std::vector<haptics::Guide> guides);
+
   /// Takes all that waits in the ring and works on it. True when something was published. Publishes only when there is
   /// something new.
   bool turn(haptics::SampleRing& ring);

@@ -396,6 +396,15 @@ void Workbench::setTouchQuality(const haptics::Quality& quality) {
       false);
 }
 
+void Workbench::feelGuide(const std::string& id, bool on) {
+  state_->post([s = state_.get(), id, on] { s->feelGuide(id, on); }, false);
+}
+
+std::vector<std::string> Workbench::guidesFelt() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->guidesFelt;
+}
+
 void Workbench::useDevice(const std::string& name) {
   state_->post([s = state_.get(), name] { s->takeHand(name); });
 }

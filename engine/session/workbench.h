@@ -243,6 +243,10 @@ class Workbench {
   void setCutting(bool on);
   void setWorkspace(const haptics::Workspace& workspace);
   void setTouchQuality(const haptics::Quality& quality);
+  /// A guide of a plugin (FeltGuides) is felt, or no longer. What goes wrong with it is told, and it is off then.
+  void feelGuide(const std::string& id, bool on);
+  /// Ids of those that are felt. Any thread.
+  [[nodiscard]] std::vector<std::string> guidesFelt() const;
   /// By the names of `argil devices`; "pointer": mouse and pen. Closes the one before. Stopped forces stay stopped.
   void useDevice(const std::string& name);
   /// Zero force until a resumeForces() that is called later, whatever else was asked for before or is done meanwhile.

@@ -169,6 +169,7 @@ void Workbench::State::turn() {
   if (hand) loop->gather(hand->servo.samples());
   finishJobs();
   runCommands();
+  lookAtGuides();
   if (!loop) return;  // the next turn makes it
   try {
     holdTool();
@@ -192,6 +193,48 @@ void Workbench::State::turn() {
       }
     }
     throw;
+  }
+}
+
+// Those of plugins, in the loop that there is.
+void Workbench::State::giveGuides() {
+  std::vector<haptics::Guide> felt;
+  std::vector<std::string> ids;
+  for (const auto& [id, guide] : guides) {
+    felt.push_back({static_cast<uint32_t>(felt.size() + 1), haptics::FollowModel{guide}});
+    ids.push_back(id);
+  }
+  if (loop) loop->setGuides(std::move(felt));
+  const std::lock_guard lock(mutex);
+  guidesFelt = std::move(ids);
+}
+
+void Workbench::State::feelGuide(const std::string& id, bool on) {
+  if (on && !guides.contains(id)) {
+    const FeltGuide* guide = feltGuides().find(id);
+    if (!guide) throw Error(fmt::format("there is no guide {}", id));
+    guides[id] = guide->begin();
+  } else if (!on) {
+    guides.erase(id);
+  }
+  giveGuides();
+}
+
+// One whose plugin has ended has faded by itself: it goes, and it is told.
+void Workbench::State::lookAtGuides() {
+  constexpr auto kEvery = std::chrono::milliseconds(100);
+  if (guides.empty()) return;
+  const auto now = std::chrono::steady_clock::now();
+  if (now - guidesAt < kEvery) return;
+  guidesAt = now;
+  for (auto it = guides.begin(); it != guides.end(); ++it) {
+    try {
+      it->second->look();
+    } catch (const Error& error) {
+      tell(Message::Level::error, fmt::format("{}; its guide is felt no longer", error.what()));
+      guides.erase(it);
+      return giveGuides();
+    }
   }
 }
 
@@ -256,6 +299,7 @@ void Workbench::State::makeLoop() {
       loopOptions);
   loop->setCutting(cutting && ready);
   loop->setOriented(oriented);
+  giveGuides();
   lostTold = 0;
   held.reset();
   holdTool();

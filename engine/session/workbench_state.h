@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "engine/document/jobs.h"
+#include "engine/plugins/felt_guides.h"
 #include "engine/saving/autosave.h"
 #include "engine/saving/session.h"
 #include "engine/session/edit_loop.h"
@@ -152,6 +153,8 @@ struct Workbench::State {
   bool leaveJournal = false;
   bool busy = false;  // the edit thread is in a command or a turn, or a stroke is on
 
+  std::vector<std::string> guidesFelt;  // ids of `guides`
+
   haptics::ForceGate gate;  // of whatever device is in hand
   std::mutex handMutex;     // guards `hand` as a pointer: held for a moment by either side
   std::shared_ptr<Hand> hand;
@@ -182,6 +185,11 @@ struct Workbench::State {
   bool saving = false;
   std::optional<std::pair<std::filesystem::path, SaveExtras>> saveNext;  // asked for while another was going on
   haptics::Published<haptics::Scene> scene;
+  std::map<std::string, std::shared_ptr<PluginGuide>> guides;  // of plugins, that are felt; by id
+  std::chrono::steady_clock::time_point guidesAt{};            // when they were looked at
+  void feelGuide(const std::string& id, bool on);
+  void lookAtGuides();
+  void giveGuides();
   std::unique_ptr<Session> session;
   std::unique_ptr<EditLoop> loop;
   std::vector<Command> ran;  // in this turn: what they prepared is there until it has been shown

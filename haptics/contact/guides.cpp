@@ -111,7 +111,7 @@ void Guides::addLockOfWell(const Guide& guide, const Vec3d& hand) ARGIL_REALTIME
 // (another point, another strand, other data) goes into what is let go little by little (carry_).
 void Guides::addForce(const Guide& guide, State& state, const Scene& scene, TouchableClay* clay,
                       const Contact::Input& input, const SoftLimits& limits) ARGIL_REALTIME {
-  const Pull pull = softPull(guide, scene, clay, input.hand, input.velocity, limits, state.memory);
+  const Pull pull = softPull(guide, scene, clay, input.hand, input.velocity, input.buttons, limits, state.memory);
   const double rate = kSoftPerS * input.peakForceN * input.periodS;
   state.caught = pull.within && (state.caught || pull.caught);
   if (!state.caught) state.weight = 0;
@@ -146,7 +146,7 @@ void Guides::begin(const Scene& scene, const Contact::Input& input, const Vec3d&
 
   const double scale = scene.workspace.scale;
   const SoftLimits limits{kForceShare * input.peakForceN, kStiffnessShare * input.topStiffnessNmm / scale,
-                          kDampingShare * input.topDampingNsmm / scale};
+                          kDampingShare * input.topDampingNsmm / scale, input.periodS};
   rising_ = std::max(1, std::exchange(risingNow_, 0));
   explained_ = 0;
   size_t clays = 0;

@@ -21,6 +21,7 @@ struct Puller {
   TouchableClay* clay;
   const Vec3d& at;
   const Vec3d& velocity;
+  uint32_t buttons;
   const SoftLimits& limits;
   SoftMemory& memory;
 
@@ -83,6 +84,34 @@ struct Puller {
     const double pull = k * n.dot(g.point - at);
     return steady(n * (pull / std::sqrt(1 + pull * pull / (most * most))), k);
   }
+  // Planes push by their springs alone, and springs are wells: each element is the gradient of a potential, so that
+  // what stands still gives no energy. What a newer model changes at once is let go little by little, like any leap of
+  // a guide.
+  Pull operator()(const FollowModel& g) const noexcept {
+    g.source->tell(at, velocity, buttons);
+    memory.modelAgeS = g.source->newest(memory.model) ? 0 : memory.modelAgeS + limits.periodS;
+    const LocalModel& model = memory.model;
+    const double fresh = std::clamp(1 - (memory.modelAgeS - kModelHoldsS) / kModelFadesS, 0.0, 1.0);
+    if (!(fresh > 0) || !((at - model.middle).norm() <= model.radiusMm)) return inRange(false);
+    Pull pull;
+    for (size_t i = 0; i < size_t(std::clamp(model.count, 0, LocalModel::kMost)); ++i) {
+      const LocalModel::Element& e = model.elements[i];
+      const double k = std::min(e.stiffnessNmm, limits.stiffnessNmm);
+      if (e.kind == LocalModel::Element::Kind::plane) {
+        const double behind = e.normal.dot(e.place - at);
+        if (behind > 0) pull.force += e.normal * (k * behind);
+        pull.stiffnessNmm += k;
+      } else {
+        const Pull well = wellPull(e.place - at, {e.rangeMm, k * e.rangeMm * kTop}, limits);
+        pull.force += well.force;
+        pull.stiffnessNmm += well.stiffnessNmm;
+      }
+    }
+    pull.mostN = std::min(g.mostN, limits.forceN);
+    if (const double size = pull.force.norm(); size > pull.mostN) pull.force *= pull.mostN / size;
+    pull.force *= fresh;
+    return pull;
+  }
   template <class Hard>
   Pull operator()(const Hard&) const noexcept {
     return inRange(false);
@@ -108,8 +137,8 @@ double wellDepthNmm(const WellShape& shape, double forceN) noexcept {
 }
 
 Pull softPull(const Guide& guide, const Scene& scene, TouchableClay* clay, const Vec3d& at, const Vec3d& velocity,
-              const SoftLimits& limits, SoftMemory& memory) ARGIL_REALTIME {
-  return std::visit(Puller{scene, clay, at, velocity, limits, memory}, guide.shape);
+              uint32_t buttons, const SoftLimits& limits, SoftMemory& memory) ARGIL_REALTIME {
+  return std::visit(Puller{scene, clay, at, velocity, buttons, limits, memory}, guide.shape);
 }
 
 }  // namespace argil::haptics

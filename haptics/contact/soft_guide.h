@@ -2,6 +2,7 @@
 // Wells and ambient forces: what one guide pulls at a place.
 
 #include "haptics/scene/guide.h"
+#include "haptics/scene/local_model.h"
 #include "haptics/scene/polyline.h"
 #include "haptics/scene/touchable.h"
 
@@ -15,6 +16,7 @@ struct SoftLimits {
   double forceN = 1;  ///< Of one guide.
   double stiffnessNmm = 1;
   double dragNsmm = 0;
+  double periodS = 0.001;  ///< Since the last tick.
 };
 
 struct Pull {
@@ -38,11 +40,15 @@ struct SoftMemory {
   uint64_t curve = 0;  ///< The curve that `place` belongs to; 0: none.
   Vec3d near = Vec3d::Zero();
   bool nearKnown = false;
+  LocalModel model;      ///< The newest one,
+  double modelAgeS = 0;  ///< and for how long nothing newer came.
 };
 
-/// The pull of a well or an ambient guide on the tool's centre `at`; none for guides of another kind. `clay` searches a
-/// piece for it, null for guides that name none.
+/// The pull of a well or an ambient guide on the tool's centre `at`; none for guides of another kind. Elements of a
+/// model are limited one by one, and all of it together. `clay` searches a piece for it, null for guides that name
+/// none.
 [[nodiscard]] Pull softPull(const Guide& guide, const Scene& scene, TouchableClay* clay, const Vec3d& at,
-                            const Vec3d& velocity, const SoftLimits& limits, SoftMemory& memory) ARGIL_REALTIME;
+                            const Vec3d& velocity, uint32_t buttons, const SoftLimits& limits,
+                            SoftMemory& memory) ARGIL_REALTIME;
 
 }  // namespace argil::haptics

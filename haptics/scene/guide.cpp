@@ -92,6 +92,10 @@ struct Checker {
     require(g.stiffnessNmm >= 0 && g.stiffnessNmm <= 1e4, "a stiffness must be 0 to 10 000 N/mm");
     strength(g.mostN);
   }
+  void operator()(const FollowModel& g) const {
+    require(g.source != nullptr, "nobody says the model");
+    strength(g.mostN);
+  }
 };
 
 }  // namespace

@@ -10,7 +10,8 @@
 
 namespace argil::haptics {
 
-class Polyline;  // haptics/scene/polyline.h: a smooth curve, shared by scenes.
+class LocalModelSource;  // haptics/scene/local_model.h
+class Polyline;          // haptics/scene/polyline.h: a smooth curve, shared by scenes.
 
 /// The tool's centre is held...
 struct LockToPoint {
@@ -90,6 +91,12 @@ struct AmbientPlane {
   Vec3d point = Vec3d::Zero(), normal = Vec3d::UnitZ();
   double stiffnessNmm = 0.1, mostN = 1;
 };
+/// As somebody beside the servo says it from moment to moment (haptics/scene/local_model.h); fades when they say
+/// nothing.
+struct FollowModel {
+  std::shared_ptr<LocalModelSource> source;
+  double mostN = 1;
+};
 
 inline constexpr size_t kMaxWellPoints = 256;
 inline constexpr size_t kMaxPieceGuides = 4;  ///< In one scene: each searches its piece in every tick.
@@ -102,7 +109,7 @@ struct Guide {
   uint32_t id = 0;  ///< Stays with the guide from scene to scene: what the servo knows of it is kept by this. Unique.
   std::variant<LockToPoint, LockToLine, LockToPlane, LockToCurve, LockToNormal, KeepOutBox, KeepOutBall, KeepOutPlane,
                KeepOutPiece, WellAtPoints, WellAtCurve, WellAtPlane, WellAtPiece, Gravity, Buoyancy, Viscosity,
-               AmbientPlane>
+               AmbientPlane, FollowModel>
       shape;
   uint32_t whileButtons = 0;  ///< Works only while one of these buttons is down; 0: always.
 

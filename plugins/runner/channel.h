@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstdint>
 
+#include "plugins/runner/shared_value.h"
 #include "plugins/sdk/argil_plugin.h"
 
 namespace argil::plugin {
@@ -31,8 +32,10 @@ enum class Command : uint32_t {
   endExport,  ///< count: whether all was there.
   import,
   operate,
+  beginGuide,
+  endGuide,
 };
-enum class ThingKind : uint32_t { brush, exporter, importer, operation };
+enum class ThingKind : uint32_t { brush, exporter, importer, operation, guide };
 
 /// What argil-plugin asks for while it does what it was asked: it answers with kAsking, and the next question is the
 /// answer.
@@ -116,6 +119,10 @@ struct Channel {
     uint32_t colours;
     char name[kMostText];
   } object;
+
+  // A felt guide at work.
+  alignas(64) SharedValue<argil_hand> hand;
+  alignas(64) SharedValue<argil_local_model> model;
 };
 static_assert(std::atomic<uint32_t>::is_always_lock_free && std::atomic<uint64_t>::is_always_lock_free);
 

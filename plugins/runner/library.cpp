@@ -72,4 +72,9 @@ const argil_operation* Library::operation(const char* id) const {
   return operation != nullptr && operation->run != nullptr ? operation : nullptr;
 }
 
+const argil_guide* Library::guide(const char* id) const {
+  const auto* guide = find<argil_guide>(ARGIL_GUIDE_1, id, ARGIL_UP_TO(argil_guide, update));
+  return guide != nullptr && guide->begin != nullptr && guide->update != nullptr ? guide : nullptr;
+}
+
 }  // namespace argil::plugin

@@ -27,6 +27,7 @@ class Library {
   [[nodiscard]] const argil_exporter* exporter(const char* id) const;
   [[nodiscard]] const argil_importer* importer(const char* id) const;
   [[nodiscard]] const argil_operation* operation(const char* id) const;
+  [[nodiscard]] const argil_guide* guide(const char* id) const;
 
  private:
   template <class Thing>

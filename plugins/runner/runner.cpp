@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstring>
 #include <utility>
 
@@ -75,6 +76,11 @@ argil_status Runner::work() {
       return import();
     case Command::operate:
       return operate();
+    case Command::beginGuide:
+      return beginGuide();
+    case Command::endGuide:
+      endGuide();
+      return ARGIL_OK;
   }
   return ARGIL_FAILED;
 }
@@ -108,6 +114,10 @@ argil_status Runner::describe() {
     case ThingKind::operation:
       if (const argil_operation* operation = asked(library_.operation(channel_.thing)))
         return tell(0, 0, operation->parameter_count, operation->parameters);
+      break;
+    case ThingKind::guide:
+      if (const argil_guide* guide = asked(library_.guide(channel_.thing)))
+        return tell(0, 0, guide->parameter_count, guide->parameters);
       break;
   }
   return ARGIL_FAILED;
@@ -255,6 +265,40 @@ argil_status Runner::import() {
     return static_cast<Runner*>(self)->giveMesh(Upcall::triangles, corners, sizeof(uint32_t[3]), nullptr, count);
   };
   return importer->run(&file);
+}
+
+argil_status Runner::beginGuide() {
+  endGuide();
+  const argil_guide* guide = asked(library_.guide(channel_.thing));
+  if (guide == nullptr) return ARGIL_FAILED;
+  guiding_ = guide->begin(channel_.parameters);
+  if (guiding_ == nullptr && guide->end != nullptr) return ARGIL_FAILED;
+  guide_ = guide;
+  guideEnds_.store(false);
+  guideThread_ = std::thread([this] {
+    const auto period = std::chrono::nanoseconds(1'000'000'000 / std::clamp(guide_->rate_hz, 10u, 1000u));
+    auto next = std::chrono::steady_clock::now();
+    argil_hand hand{};
+    hand.size = sizeof hand;
+    argil_local_model model{};
+    model.size = sizeof model;
+    for (uint64_t seen = 0; !guideEnds_.load();) {
+      // Without a servo that feels it there is nothing to say.
+      if (channel_.hand.load(hand, seen) && guide_->update(guiding_, &hand, &model) == ARGIL_OK)
+        channel_.model.store(model);
+      next = std::max(next + period, std::chrono::steady_clock::now());
+      std::this_thread::sleep_until(next);
+    }
+  });
+  return ARGIL_OK;
+}
+
+void Runner::endGuide() {
+  if (guide_ == nullptr) return;
+  guideEnds_.store(true);
+  guideThread_.join();
+  if (guide_->size >= offsetof(argil_guide, end) + sizeof(guide_->end) && guide_->end != nullptr) guide_->end(guiding_);
+  guide_ = nullptr;
 }
 
 argil_status Runner::operate() {

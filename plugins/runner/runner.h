@@ -1,7 +1,9 @@
 #pragma once
 // What argil-plugin does for argil, one question after the other.
 
+#include <atomic>
 #include <cstddef>
+#include <thread>
 
 #include "plugins/runner/channel.h"
 #include "plugins/runner/library.h"
@@ -36,6 +38,9 @@ class Runner {
   argil_status endExport();
   argil_status import();
   argil_status operate();
+  // Felt guides.
+  argil_status beginGuide();
+  void endGuide();
 
   void sleepUntilAsked();
   uint64_t ask(Upcall what, uint64_t first, uint64_t count);
@@ -54,6 +59,10 @@ class Runner {
   const argil_exporter* exporter_ = nullptr;
   void* exporting_ = nullptr;
   argil_export export_{};
+  const argil_guide* guide_ = nullptr;
+  void* guiding_ = nullptr;
+  std::atomic<bool> guideEnds_{false};
+  std::thread guideThread_;
 };
 
 }  // namespace argil::plugin

@@ -258,6 +258,53 @@ typedef struct argil_operation {
   argil_status (*run)(const argil_work* work);
 } argil_operation;
 
+/* ------------------------------------------------------------------------------------------------------------------
+ * Guides that are felt. The hand's servo never waits for a plugin: it renders the last model that the plugin gave, up
+ * to eight planes and springs near the hand, within the device's limits, and lets it fade when no newer one has come
+ * for 20 ms. World mm. */
+#define ARGIL_GUIDE_1 "argil.guide/1"
+
+typedef struct argil_hand {
+  uint32_t size;
+  uint32_t buttons; /* Bit 0: the tool works. */
+  double position_mm[3], velocity_mm_s[3];
+} argil_hand;
+
+#define ARGIL_ELEMENT_PLANE 0u  /* Pushes out along `normal` where the hand is behind the plane through `place`. */
+#define ARGIL_ELEMENT_SPRING 1u /* Draws to `place`, within `range_mm` of it. */
+
+typedef struct argil_element {
+  uint32_t kind;
+  float stiffness_n_mm; /* No more than half of what the device bears counts. */
+  double place_mm[3];
+  double normal[3]; /* Of any length but 0. */
+  double range_mm;
+} argil_element;
+
+typedef struct argil_local_model {
+  uint32_t size;
+  uint32_t count;      /* 0 to 8. */
+  double middle_mm[3]; /* The model holds within `radius_mm` of here: elsewhere nothing is felt. */
+  double radius_mm;
+  argil_element elements[8];
+} argil_local_model;
+
+typedef struct argil_guide {
+  uint32_t size;
+  uint32_t rate_hz; /* How often update() is to be called: 10 to 1000. */
+  const char* id;   /* As plugin.json has it. */
+  uint32_t reserved;
+  uint32_t parameter_count;      /* 0 to 8. */
+  const char* const* parameters; /* Their ids, as plugin.json has them. */
+  /* What begin() returns is handed to the calls below. Null fails, unless `end` is null too. [main] */
+  void* (*begin)(const float* parameters);
+  /* The model near this hand, into `model`, which holds the last one. Anything else than ARGIL_OK: there is none now.
+   * [worker, one] */
+  argil_status (*update)(void* guide, const argil_hand* hand, argil_local_model* model);
+  /* May be null. [main] */
+  void (*end)(void* guide);
+} argil_guide;
+
 #ifdef __cplusplus
 }
 #endif

@@ -156,6 +156,41 @@ static argil_status operate(const argil_work* work) {
 }
 static const argil_operation operation = {sizeof(argil_operation), 0, "test.files.operate", 0, 1, parameters, operate};
 
+/* A guide: a plane under the hand that does what its number says. */
+static int guide_how, guide_calls;
+static void* guide_begin(const float* given) {
+  guide_how = (int)given[0];
+  guide_calls = 0;
+  return &guide_how;
+}
+static argil_status guide_update(void* guide, const argil_hand* hand, argil_local_model* model) {
+  (void)guide;
+  (void)hand;
+  const struct timespec moment = {0, 5000000};
+  const int late = ++guide_calls > 20;
+  memset(model, 0, sizeof *model);
+  model->size = sizeof *model;
+  model->count = 1;
+  model->radius_mm = 1000;
+  model->elements[0].kind = ARGIL_ELEMENT_PLANE;
+  model->elements[0].stiffness_n_mm = 0.2f;
+  model->elements[0].normal[2] = 3;
+  if (!late) return ARGIL_OK;
+  if (guide_how == 1) abort();
+  if (guide_how == 2)
+    for (;;) nanosleep(&moment, NULL);
+  if (guide_how == 3) model->elements[0].place_mm[1] = NAN;
+  if (guide_how == 4) model->count = 1000000;
+  if (guide_how == 5) model->elements[0].stiffness_n_mm = 1e30f;
+  if (guide_how == 6) model->elements[0].normal[2] = 0;
+  if (guide_how == 7) return ARGIL_FAILED;
+  if (guide_how == 8) model->elements[0].place_mm[2] = (guide_calls % 2) * 100.0; /* Leaps up and down. */
+  if (guide_how == 9) memset(model, guide_calls & 255, sizeof *model);
+  return ARGIL_OK;
+}
+static const argil_guide guide = {sizeof(argil_guide), 1000,        "test.files.plane", 0,   1,
+                                  parameters,          guide_begin, guide_update,       NULL};
+
 static argil_status init(const argil_host* given) {
   host = given;
   return ARGIL_OK;
@@ -165,6 +200,7 @@ static const void* get(const char* kind, uint32_t index) {
   if (index > 0) return NULL;
   if (strcmp(kind, ARGIL_EXPORTER_1) == 0) return &exporter;
   if (strcmp(kind, ARGIL_IMPORTER_1) == 0) return &importer;
+  if (strcmp(kind, ARGIL_GUIDE_1) == 0) return &guide;
   return strcmp(kind, ARGIL_OPERATION_1) == 0 ? &operation : NULL;
 }
 ARGIL_EXPORT const argil_plugin* argil_plugin_1(void) {

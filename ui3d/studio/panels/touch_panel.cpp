@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 
+#include "engine/plugins/felt_guides.h"
 #include "haptics/devices/sheets.h"
 #include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/panels/memory.h"
@@ -166,6 +167,15 @@ void touchPanel(Context& context, Memory& memory) {
     touched = t;
   if (touched.changed) context.bench.setWorkspace(context.state.workspace);
   kit::toggle("Show the reach", context.state.showWorkspaceBox, "The box that the hand can reach, in the picture.");
+
+  if (const auto guides = engine::feltGuides().all(); !guides.empty()) {
+    kit::heading("Guides of plugins");
+    const std::vector<std::string> felt = context.bench.guidesFelt();
+    for (const engine::FeltGuide* guide : guides) {
+      bool on = std::find(felt.begin(), felt.end(), guide->id) != felt.end();
+      if (kit::toggle(guide->name, on, guide->help)) context.bench.feelGuide(guide->id, on);
+    }
+  }
 
   kit::heading("Accuracy of touch");
   engine::Quality quality;
