@@ -331,6 +331,7 @@ void benchDayStrokes(BenchReport& report, const BenchOptions& options) {
         continue;
       for (const double radius : options.tips) {
         engine::Tool tool = engine::standardTool(row);
+        tool.quality = engine::findQualityPreset("balanced")->quality.strokes;  // as new documents have it
         tool.radiusMm = radius * model.version.grid().voxelMm;
         tool.heightMm = tool.radiusMm / 5;
         tool.blendMm = std::min(tool.radiusMm / 5, 3 * model.version.grid().voxelMm);

@@ -137,8 +137,8 @@ Plugin::Guide guideOf(const Place& place, const Plugin& plugin) {
 Plugin parsePlugin(std::string_view text, const std::string& name) {
   const nlohmann::json json = parseJson(text, name, "a plugin is {...}");
   const Place root(json, name, "");
-  root.keys(
-      {"format", "id", "name", "version", "licence", "help", "library", "brushes", "formats", "operations", "guides"});
+  root.keys({"format", "id", "name", "version", "licence", "help", "library", "brushes", "formats", "operations",
+             "guides", "textures"});
   if (const double format = root.at("format").number(1, 1e6); format != kPluginFormat)
     root.at("format").fail(fmt::format("{:g} is of a newer Argil; this one knows {}", format, kPluginFormat));
   Plugin plugin;
@@ -159,12 +159,22 @@ Plugin parsePlugin(std::string_view text, const std::string& name) {
     return items;
   };
   const std::vector<Place> brushes = listOf("brushes"), formats = listOf("formats"), operations = listOf("operations"),
-                           guides = listOf("guides");
-  if (brushes.empty() && formats.empty() && operations.empty() && guides.empty())
-    root.fail("brings nothing: give \"brushes\", \"formats\", \"operations\" or \"guides\"");
+                           guides = listOf("guides"), textures = listOf("textures");
+  if (brushes.empty() && formats.empty() && operations.empty() && guides.empty() && textures.empty())
+    root.fail("brings nothing: give \"brushes\", \"formats\", \"operations\", \"guides\" or \"textures\"");
   for (const Place& each : guides) plugin.guides.push_back(guideOf(each, plugin));
   for (const Place& each : formats) plugin.formats.push_back(formatOf(each, plugin));
   for (const Place& each : operations) plugin.operations.push_back(operationOf(each, plugin));
+  for (const Place& each : textures) {
+    AddedTool tool = readToolFacts(each, plugin.id + "." + each.at("id").text(), {"id"});
+    if (each.maybe("formula")) each.at("formula").fail("is of brushes alone");
+    tool.origin = {plugin.id, plugin.version, plugin.checksum};
+    // Its image is known once the library is loaded; all else is looked at here.
+    AddedTool looked = tool;
+    looked.image = [](std::span<const float>) { return std::shared_ptr<const clay::HeightImage>(); };
+    requireTool(each, looked);
+    plugin.textures.push_back({std::move(tool)});
+  }
   for (const Place& each : brushes) {
     plugin.brushes.push_back(brushOf(each, plugin));
     plugin.brushes.back().tool.origin = {plugin.id, plugin.version, plugin.checksum};

@@ -34,6 +34,10 @@ struct Plugin {
     std::string id, name, help, doing;
     std::vector<AddedTool::Number> numbers;
   };
+  /// A tool that presses heights into the surface.
+  struct Texture {
+    AddedTool tool;
+  };
   struct Guide {
     std::string id, name, help;
     std::vector<AddedTool::Number> numbers;
@@ -45,6 +49,7 @@ struct Plugin {
   std::vector<Format> formats;
   std::vector<Operation> operations;
   std::vector<Guide> guides;
+  std::vector<Texture> textures;
   std::string library;   ///< Its file's name; empty: it runs no code of its own.
   std::string checksum;  ///< SHA-256 of its plugin.json, in hexadecimal digits.
 };

@@ -186,6 +186,40 @@ io::ModelFile importByPlugin(PluginProcesses& processes, const std::string& impo
   return model;
 }
 
+std::shared_ptr<const clay::HeightImage> imageByPlugin(PluginProcesses& processes, const std::string& texture,
+                                                       const std::vector<std::string>& numbers,
+                                                       std::span<const float> values) {
+  constexpr int kEdge = 256;  // pixels: as many places as go by at once
+  constexpr size_t kPlaces = size_t{kEdge} * kEdge;
+  static_assert(kPlaces <= plugin::kMostElements);
+  const Taken process(processes);
+  process->name(plugin::ThingKind::texture, texture);
+  process->call(Command::describe);
+  requireNumbers(*process, texture, numbers);
+  Channel& shared = process->channel();
+  std::copy(values.begin(), values.end(), shared.parameters);
+  shared.count = kPlaces;
+  // Middles of pixels, rows from the top.
+  const auto at = [](int pixel) { return (2.0f * static_cast<float>(pixel) + 1) / kEdge - 1; };
+  std::vector<float> places(2 * kPlaces);
+  for (int y = 0; y < kEdge; ++y)
+    for (int x = 0; x < kEdge; ++x) {
+      places[static_cast<size_t>(y) * kEdge + static_cast<size_t>(x)] = at(x);
+      places[kPlaces + static_cast<size_t>(y) * kEdge + static_cast<size_t>(x)] = -at(y);
+    }
+  std::memcpy(process->window(), places.data(), places.size() * sizeof(float));
+  process->call(Command::texture);
+  std::vector<float> heights(kPlaces);
+  std::memcpy(heights.data(), process->window() + 2 * kPlaces * sizeof(float), kPlaces * sizeof(float));
+  std::vector<uint16_t> grey(kPlaces);
+  for (size_t i = 0; i < kPlaces; ++i) {
+    if (!std::isfinite(heights[i]))
+      process->end(PluginFault::notFinite, "gave a height that is not finite and was stopped");
+    grey[i] = static_cast<uint16_t>(std::lround(std::clamp(heights[i], 0.0f, 1.0f) * 65535));
+  }
+  return std::make_shared<const clay::HeightImage>(kEdge, kEdge, grey);
+}
+
 clay::Version operateByPlugin(PluginProcesses& processes, const std::string& operation,
                               const std::vector<std::string>& numbers, std::span<const float> values,
                               const clay::Version& version, Job* job) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "clay/import/height_image.h"
 #include "clay/store/version.h"
 #include "engine/plugins/plugin_brush.h"
 #include "io/bytes/atomic_file.h"
@@ -34,5 +35,11 @@ void exportByPlugin(PluginProcesses& processes, const std::string& exporter, io:
 [[nodiscard]] clay::Version operateByPlugin(PluginProcesses& processes, const std::string& operation,
                                             const std::vector<std::string>& numbers, std::span<const float> values,
                                             const clay::Version& version, Job* job);
+
+/// Heights over a tip as a texture of a plugin has them. Throws PluginError.
+[[nodiscard]] std::shared_ptr<const clay::HeightImage> imageByPlugin(PluginProcesses& processes,
+                                                                     const std::string& texture,
+                                                                     const std::vector<std::string>& numbers,
+                                                                     std::span<const float> values);
 
 }  // namespace argil::engine

@@ -225,6 +225,23 @@ void addFormat(const Plugin::Format& format, const std::shared_ptr<PluginProcess
   io::addFormat(std::move(added));
 }
 
+// The image of the values that were asked for last: strokes follow each other with the same.
+auto cached(decltype(AddedTool::image) make) -> decltype(AddedTool::image) {
+  struct Last {
+    std::mutex mutex;
+    std::vector<float> values;
+    std::shared_ptr<const clay::HeightImage> image;
+  };
+  return [make = std::move(make), last = std::make_shared<Last>()](std::span<const float> values) {
+    const std::lock_guard lock(last->mutex);
+    if (!last->image || !std::equal(values.begin(), values.end(), last->values.begin(), last->values.end())) {
+      last->image = make(values);
+      last->values.assign(values.begin(), values.end());
+    }
+    return last->image;
+  };
+}
+
 void addOperation(const Plugin::Operation& operation, const ToolOrigin& origin,
                   const std::shared_ptr<PluginProcesses>& processes) {
   std::vector<std::string> numbers;
@@ -263,6 +280,15 @@ void Plugins::load(FoundPlugin& found) {
       AddedTool tool = brush.tool;
       tool.origin.checksum = enabled_.at(found.plugin.id);  // of its library too
       if (brush.facts) tool.external = std::make_shared<const PluginBrush>(*brush.facts, processes);
+      addedTools().add(tool);
+    }
+    for (const Plugin::Texture& texture : found.plugin.textures) {
+      AddedTool tool = texture.tool;
+      tool.origin.checksum = enabled_.at(found.plugin.id);
+      std::vector<std::string> numbers;
+      for (const AddedTool::Number& number : tool.numbers) numbers.push_back(number.id);
+      tool.image = cached(
+          [=, id = tool.id](std::span<const float> values) { return imageByPlugin(*processes, id, numbers, values); });
       addedTools().add(tool);
     }
     const ToolOrigin origin{found.plugin.id, found.plugin.version, enabled_.at(found.plugin.id)};

@@ -209,14 +209,15 @@ void Session::beginStroke(const Tool& tool, StrokeImages images) {
   stroke_->before = newest_;
   stroke_->start = lifted_;
   pointsBefore_ = 0;
-  tellsMade_ = strokeBrush_->external != nullptr;
+  const ToolRow& row = rowOf(tool_);
+  tellsMade_ = row.origin && !row.formula;
   toldMade_ = false;
   if (watch_ && !tellsMade_) watch_->strokeBegan(tool_, images_);
 }
 
 std::string Session::strokeLabel() const {
   const ToolRow& row = rowOf(tool_);
-  if (!row.external) return std::string(row.name);
+  if (!row.origin || row.formula) return std::string(row.name);
   // What made it is in the history, as nothing else tells of it.
   return fmt::format("{} ({} {} {})", row.name, row.origin->id, row.origin->version, row.origin->checksum.substr(0, 8));
 }

@@ -35,7 +35,7 @@ const ToolRow& rowAt(const Place& place) {
     for (const ToolRow& each : toolTable()) known += (known.empty() ? "" : ", ") + std::string(each.id);
     id.fail(fmt::format("unknown {}; known are {}", io::shown(id.text()), known));
   }
-  if (const auto plugin = place.maybe("plugin"); plugin && row->external) {
+  if (const auto plugin = place.maybe("plugin"); plugin && row->origin && !row->formula) {
     // What another version would make of it nobody knows.
     plugin->keys({"id", "version", "checksum"});
     if (plugin->at("checksum").text() != row->origin->checksum)
@@ -84,7 +84,7 @@ void putTool(ordered_json& object, const Tool& tool, const StrokeQuality& usual)
   if (tool.inverted) object["inverted"] = true;
   if (row.file != ToolFile::none) object["file"] = tool.file;
   if (const AddedTool* added = addedTools().addedAs(row)) {
-    if (added->external)
+    if (!AddedTools::repeats(*added))
       object["plugin"] = {{"id", row.origin->id}, {"version", row.origin->version}, {"checksum", row.origin->checksum}};
     else
       object["brush"] = formulaToolJson(*added);
@@ -102,7 +102,7 @@ void checkToolKeys(const Place& place, std::vector<std::string_view> others) {
   others.insert(others.end(), {"tool", "inverted", "quality"});
   if (row.file != ToolFile::none) others.push_back("file");
   if (row.formula) others.push_back("brush");
-  if (row.external) others.push_back("plugin");
+  if (row.origin && !row.formula) others.push_back("plugin");
   place.keys(others);
 }
 

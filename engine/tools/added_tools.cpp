@@ -52,16 +52,17 @@ bool same(const AddedTool& a, const AddedTool& b) {
   };
   return std::tie(a.id, a.name, a.help, a.icon, a.formula, a.falloff, a.strength, a.inverts, a.adds) ==
              std::tie(b.id, b.name, b.help, b.icon, b.formula, b.falloff, b.strength, b.inverts, b.adds) &&
-         (a.external == nullptr) == (b.external == nullptr) &&
-         (!a.external || a.origin.checksum == b.origin.checksum) &&
+         (a.external == nullptr) == (b.external == nullptr) && (a.image == nullptr) == (b.image == nullptr) &&
+         ((!a.external && !a.image) || a.origin.checksum == b.origin.checksum) &&
          std::equal(a.numbers.begin(), a.numbers.end(), b.numbers.begin(), b.numbers.end(),
                     [&](const auto& x, const auto& y) { return number(x) == number(y); });
 }
 
-// Of the program, that a tool of a formula is like.
-const ToolRow& likeRow() {
+// Of the program, that a tool is like.
+const ToolRow& likeRow(const AddedTool& tool) {
   const std::span<const ToolRow> rows = ownTools();
-  return *std::find_if(rows.begin(), rows.end(), [](const ToolRow& each) { return each.id == "smooth"; });
+  const std::string_view id = tool.image ? "emboss" : "smooth";
+  return *std::find_if(rows.begin(), rows.end(), [&](const ToolRow& each) { return each.id == id; });
 }
 
 std::unique_ptr<const clay::Formula> checkedFormula(const AddedTool& tool) {
@@ -81,11 +82,11 @@ std::unique_ptr<const clay::Formula> checkedFormula(const AddedTool& tool) {
   checkNumbers(tool.numbers, tool.id);
   std::vector<std::string> names;
   for (const AddedTool::Number& number : tool.numbers) {
-    if (findParameter(likeRow(), number.id))
+    if (findParameter(likeRow(tool), number.id))
       throw Error(fmt::format("{}: the number \"{}\" is there already: take another id", tool.id, number.id));
     names.push_back(number.id);
   }
-  return tool.external ? nullptr : std::make_unique<const clay::Formula>(tool.formula, names);
+  return !AddedTools::repeats(tool) ? nullptr : std::make_unique<const clay::Formula>(tool.formula, names);
 }
 
 }  // namespace
@@ -133,7 +134,7 @@ const ToolRow& AddedTools::add(const AddedTool& tool) {
   if (findTool(tool.id)) throw Error(fmt::format("there is another tool with the id \"{}\"", tool.id));
   if (all().size() == kMost) throw Error(fmt::format("more than {} tools", kMost));
   auto kept = std::make_unique<Kept>(Kept{tool, std::move(formula), {}});
-  const ToolRow& like = likeRow();
+  const ToolRow& like = likeRow(tool);
   // As a tool that rubs has them: radius, strength, its own, falloff, how the hand drives it.
   const size_t before = 2;
   kept->parameters.assign(like.parameters.begin(), like.parameters.begin() + before);
@@ -159,9 +160,12 @@ const ToolRow& AddedTools::add(const AddedTool& tool) {
   row.help = kept->tool.help;
   row.icon = kept->tool.icon;
   row.group = "Plugins";
-  row.operations = tool.external ? std::span<const clay::Operation>(kExternal) : kByFormula;
+  row.operations = tool.image      ? like.operations
+                   : tool.external ? std::span<const clay::Operation>(kExternal)
+                                   : kByFormula;
+  row.limited = like.limited;
   row.work = haptics::Work::rub;
-  row.opposite = tool.inverts ? row.id : std::string_view();
+  row.opposite = tool.inverts || tool.image ? row.id : std::string_view();
   row.parameters = kept->parameters;
   row.falloff = tool.falloff;
   row.strength = tool.strength;

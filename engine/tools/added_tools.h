@@ -2,6 +2,7 @@
 // Tools that plugins brought.
 
 #include <atomic>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -29,8 +30,11 @@ struct AddedTool {
   /// A drawing in a square of 24, as ui3d/studio/kit/icons.cpp reads it; empty: the name's letters stand for it.
   std::string icon = {};
   std::string formula;                                  ///< Empty: `external` does the work.
-  std::shared_ptr<const clay::ExternalBrush> external;  ///< Null: `formula` does.
-  std::vector<Number> numbers;                          ///< kMostOwnNumbers at most.
+  std::shared_ptr<const clay::ExternalBrush> external;  ///< Null: `formula` does, or `image`.
+  /// Not empty: it presses this image into the surface, as the emboss tool does its own, with its numbers' values.
+  /// Throws Error.
+  std::function<std::shared_ptr<const clay::HeightImage>(std::span<const float> values)> image = {};
+  std::vector<Number> numbers;  ///< kMostOwnNumbers at most.
   clay::Falloff falloff = clay::Falloff::smooth;
   double strength = 1;
   bool inverts = false;  ///< The invert key makes it do the opposite.
@@ -54,6 +58,8 @@ class AddedTools {
   /// The same of what a script or a journal brings along, whose id another tool may have: then it gets a number behind
   /// it. The plugin does not matter.
   const ToolRow& addBeside(AddedTool tool);
+  /// Whether a stroke can be done again by what a script says of it: without the plugin.
+  [[nodiscard]] static bool repeats(const AddedTool& tool) { return !tool.external && !tool.image; }
   /// What was added as this row; null: it is the program's.
   [[nodiscard]] const AddedTool* addedAs(const ToolRow& row);
   /// Why there is no such tool, in a sentence, for whoever asks for it.

@@ -769,6 +769,7 @@ std::shared_ptr<const clay::Brush> brushOf(const Tool& tool, const clay::Grid& g
     brush->external = added->external;
     brush->adds = row.adds;
     for (size_t i = 0; i < added->numbers.size(); ++i) brush->values.push_back(static_cast<float>(tool.own[i]));
+    if (added->image) brush->image = added->image(std::exchange(brush->values, {}));
   }
   brush->quality = tool.quality.clay;
   // What the stamps of a pass add up to where its middle goes is the area below the smooth falloff, 16/15 of a radius,

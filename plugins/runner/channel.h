@@ -34,8 +34,9 @@ enum class Command : uint32_t {
   operate,
   beginGuide,
   endGuide,
+  texture,  ///< count: places in the window, u, v and heights behind each other.
 };
-enum class ThingKind : uint32_t { brush, exporter, importer, operation, guide };
+enum class ThingKind : uint32_t { brush, exporter, importer, operation, guide, texture };
 
 /// What argil-plugin asks for while it does what it was asked: it answers with kAsking, and the next question is the
 /// answer.

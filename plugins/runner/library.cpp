@@ -77,4 +77,9 @@ const argil_guide* Library::guide(const char* id) const {
   return guide != nullptr && guide->begin != nullptr && guide->update != nullptr ? guide : nullptr;
 }
 
+const argil_texture* Library::texture(const char* id) const {
+  const auto* texture = find<argil_texture>(ARGIL_TEXTURE_1, id, ARGIL_UP_TO(argil_texture, heights));
+  return texture != nullptr && texture->heights != nullptr ? texture : nullptr;
+}
+
 }  // namespace argil::plugin

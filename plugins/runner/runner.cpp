@@ -81,6 +81,8 @@ argil_status Runner::work() {
     case Command::endGuide:
       endGuide();
       return ARGIL_OK;
+    case Command::texture:
+      return texture();
   }
   return ARGIL_FAILED;
 }
@@ -118,6 +120,10 @@ argil_status Runner::describe() {
     case ThingKind::guide:
       if (const argil_guide* guide = asked(library_.guide(channel_.thing)))
         return tell(0, 0, guide->parameter_count, guide->parameters);
+      break;
+    case ThingKind::texture:
+      if (const argil_texture* texture = asked(library_.texture(channel_.thing)))
+        return tell(0, 0, texture->parameter_count, texture->parameters);
       break;
   }
   return ARGIL_FAILED;
@@ -299,6 +305,15 @@ void Runner::endGuide() {
   guideThread_.join();
   if (guide_->size >= offsetof(argil_guide, end) + sizeof(guide_->end) && guide_->end != nullptr) guide_->end(guiding_);
   guide_ = nullptr;
+}
+
+argil_status Runner::texture() {
+  const argil_texture* texture = asked(library_.texture(channel_.thing));
+  const auto count = static_cast<uint32_t>(std::min<uint64_t>(channel_.count, kMostElements));
+  auto* places = window<float>();
+  return texture == nullptr
+             ? ARGIL_FAILED
+             : texture->heights(channel_.parameters, places, places + count, places + 2 * size_t{count}, count);
 }
 
 argil_status Runner::operate() {

@@ -38,6 +38,7 @@ class Runner {
   argil_status endExport();
   argil_status import();
   argil_status operate();
+  argil_status texture();
   // Felt guides.
   argil_status beginGuide();
   void endGuide();

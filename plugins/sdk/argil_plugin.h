@@ -305,6 +305,21 @@ typedef struct argil_guide {
   void (*end)(void* guide);
 } argil_guide;
 
+/* ------------------------------------------------------------------------------------------------------------------
+ * Textures: heights that a tool presses into the surface, over its tip. */
+#define ARGIL_TEXTURE_1 "argil.texture/1"
+
+typedef struct argil_texture {
+  uint32_t size;
+  uint32_t flags; /* 0. */
+  const char* id; /* As plugin.json has it. */
+  uint32_t reserved;
+  uint32_t parameter_count;      /* 0 to 8. */
+  const char* const* parameters; /* Their ids, as plugin.json has them. */
+  /* Heights, 0 to 1, of `count` places: u to the right and v upwards, -1 to 1 over the tip. [main] */
+  argil_status (*heights)(const float* parameters, const float* u, const float* v, float* height, uint32_t count);
+} argil_texture;
+
 #ifdef __cplusplus
 }
 #endif

@@ -191,6 +191,15 @@ static argil_status guide_update(void* guide, const argil_hand* hand, argil_loca
 static const argil_guide guide = {sizeof(argil_guide), 1000,        "test.files.plane", 0,   1,
                                   parameters,          guide_begin, guide_update,       NULL};
 
+/* A texture: a ramp to the right. */
+static argil_status texture_heights(const float* given, const float* u, const float* v, float* height, uint32_t count) {
+  const int how = (int)given[0];
+  if (how == 1) abort();
+  for (uint32_t i = 0; i < count; ++i) height[i] = how == 2 ? NAN : how == 3 ? 1e30f : 0.5f + 0.5f * u[i] * (v[i] > 0);
+  return how == 4 ? ARGIL_FAILED : ARGIL_OK;
+}
+static const argil_texture ramp = {sizeof(argil_texture), 0, "test.files.ramp", 0, 1, parameters, texture_heights};
+
 static argil_status init(const argil_host* given) {
   host = given;
   return ARGIL_OK;
@@ -201,6 +210,7 @@ static const void* get(const char* kind, uint32_t index) {
   if (strcmp(kind, ARGIL_EXPORTER_1) == 0) return &exporter;
   if (strcmp(kind, ARGIL_IMPORTER_1) == 0) return &importer;
   if (strcmp(kind, ARGIL_GUIDE_1) == 0) return &guide;
+  if (strcmp(kind, ARGIL_TEXTURE_1) == 0) return &ramp;
   return strcmp(kind, ARGIL_OPERATION_1) == 0 ? &operation : NULL;
 }
 ARGIL_EXPORT const argil_plugin* argil_plugin_1(void) {

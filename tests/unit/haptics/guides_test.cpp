@@ -453,7 +453,7 @@ TEST(SoftGuides, ACurveThatTakesTheNameOfAnotherIsSearchedAnew) {
   const Scene scene;
   const SoftLimits limits;
   const auto pull = [&](const auto& curve) {
-    return softPull({1, WellAtCurve{curve, {5, 1}}, 0}, scene, nullptr, {99, 1, 0}, Vec3d::Zero(), limits, memory);
+    return softPull({1, WellAtCurve{curve, {5, 1}}, 0}, scene, nullptr, {99, 1, 0}, Vec3d::Zero(), 0, limits, memory);
   };
   for (int i = 0; i < 3; ++i) {
     EXPECT_LT(pull(longOne).force.y(), 0) << "down to it";

@@ -17,6 +17,7 @@
 #include "engine/saving/saved_document.h"
 #include "engine/text/script.h"
 #include "engine/tools/piece_jobs.h"
+#include "engine/tools/tool_table.h"
 #include "io/bytes/input.h"
 #include "tests/unit/engine/saving_rig.h"
 
@@ -44,7 +45,8 @@ class PluginWork : public SavingRig {
                       "numbers": [{"id": "how", "name": "How", "help": "What goes wrong.", "low": 0, "high": 9,
                                    "standard": 0}]}]})";
     Plugins plugins({root, fs::path(ARGIL_PLUGINS)}, root / "settings.json");
-    for (const char* id : {"test.files", "org.argil.obj-sequence", "org.argil.roughen"}) plugins.enable(id);
+    for (const char* id : {"test.files", "org.argil.obj-sequence", "org.argil.roughen", "org.argil.pebbles"})
+      plugins.enable(id);
     plugins.load();
     for (const FoundPlugin& each : plugins.found()) EXPECT_EQ(each.problem, "");
   }
@@ -213,6 +215,53 @@ TEST_F(PluginWork, AnOperationIsARowLikeAllOthers) {
     "strokes": [{"operation": "org.argil.roughen.roughen", "height_mm": 0.2}]})",
                                     "x");
   EXPECT_EQ(script.operations.size(), 1u);
+}
+
+TEST_F(PluginWork, ATextureIsAnImage) {
+  const auto image = [&](float how) {
+    return imageByPlugin(*processes(), "test.files.ramp", {"how"}, std::array{how});
+  };
+  const auto ramp = image(0);
+  EXPECT_EQ(ramp->width(), 256);
+  EXPECT_NEAR(ramp->at(0.5f, 0.5f, 0), 0.75, 0.01) << "u to the right, v upwards";
+  EXPECT_NEAR(ramp->at(-0.5f, 0.5f, 0), 0.25, 0.01);
+  EXPECT_NEAR(ramp->at(0.5f, -0.5f, 0), 0.5, 0.01);
+  EXPECT_EQ(image(3)->at(0, 0, 0), 1) << "within its range";
+  for (const float how : {1.0f, 2.0f, 4.0f}) EXPECT_THROW((void)image(how), PluginError) << how;
+}
+
+TEST_F(PluginWork, ATextureIsATool) {
+  const ToolRow* row = findTool("org.argil.pebbles.pebbles");
+  ASSERT_NE(row, nullptr);
+  Tool tool = standardTool(*row);
+  tool.radiusMm = 3;
+  tool.heightMm = 1;
+  Session session(balls());
+  const auto hash = [&] { return session.document()->pieces[0].version.hash(); };
+  const uint64_t before = hash();
+  const auto cut = [&] {
+    session.beginStroke(tool);
+    for (int i = 0; i < 20; ++i) session.addPoint(0.01 * i, Vec3d(-2 + 0.2 * i, 0, 6));
+    session.endStroke();
+  };
+  cut();
+  const uint64_t first = hash();
+  EXPECT_NE(first, before);
+  EXPECT_THAT(session.history()[0], HasSubstr("Pebbles (org.argil.pebbles 1.0.0 "));
+  session.undo();
+  cut();
+  EXPECT_EQ(hash(), first);
+  session.undo();
+  tool.own[0] = 2;
+  cut();
+  EXPECT_NE(hash(), first) << "fewer, larger ones";
+  clay::Surface surface(false);
+  surface.update(session.document()->pieces[0].version);
+  EXPECT_TRUE(clay::checkTopology(surface.toMesh()).closed());
+  const Script script = parseScript(R"({"argil": 1, "units": "mm", "setup": [{"sphere": {"radius_mm": 5}}], "strokes": [
+    {"tool": "org.argil.pebbles.pebbles", "radius_mm": 2, "count": 3, "path": [[0, 0, 0, 5], [1, 1, 0, 5]]}]})",
+                                    "x");
+  EXPECT_THAT(formatScript(script), HasSubstr("\"plugin\""));
 }
 
 // Each state that looks like another is a file, in order.
