@@ -65,7 +65,7 @@ struct Format {
   bool objects = false;  ///< Several, with names.
   bool colours = false;  ///< Of vertices, and so of the whole.
   bool triangleColours = false;
-  bool byEnding = false;  ///< Was added: its ending says more than what other formats find in the content.
+  bool byEnding = false;              ///< Was added: its ending says more than what other formats find in the content.
   std::string_view frameEnding = {};  ///< AddedFormat::frameEnding.
 };
 

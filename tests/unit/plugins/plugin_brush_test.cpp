@@ -7,12 +7,15 @@
 #include <signal.h>
 
 #include <chrono>
+#include <cstdlib>
+#include <map>
 #include <random>
 #include <thread>
 
 #include "clay/brush/brush.h"
 #include "clay/field/primitives.h"
 #include "clay/mesh/mesh_topology.h"
+#include "clay/store/editor.h"
 #include "clay/store/store.h"
 #include "clay/surface/surface.h"
 #include "tests/support/plugins/plugin_folders.h"
@@ -349,6 +352,91 @@ TEST(PluginBrush, KilledAtAnyMoment) {
     killer.join();
   }
   EXPECT_GT(hit, rounds / 10) << "kills come too late";
+}
+
+// What a mask covers stays to the bit, whatever a library gives for it.
+TEST(PluginBrush, WhatIsMaskedStays) {
+  const Version base = sphere();
+  clay::Editor editor(base);
+  base.forEachBrick([&](const clay::Brick& brick) {
+    if (brick.coord.y < 0) editor.setChannelTile(clay::Channel::mask, brick.coord, true);
+  });
+  const Version masked = editor.commit();
+  const std::filesystem::path folder = std::filesystem::temp_directory_path() / "masked";
+  for (const auto& external :
+       {tests::brushIn(tests::examplePlugin("soften")), tests::brushIn(tests::badPlugin(folder, "huge"))}) {
+    clay::BrushStroke stroke(masked, brushOf(external));
+    for (int i = 0; i < 8; ++i) stroke.apply({Vec3d(i, 0, 39), Vec3d(i + 1, 0, 39), 9, 1.0f});
+    const Version made = stroke.finish();
+    bool free = false;
+    made.forEachBrick([&](const clay::Brick& brick) {
+      const clay::Slot was = masked.find(brick.coord);
+      for (int i = 0; i < clay::kBrickVoxels; ++i) {
+        if (brick.coord.y < 0 && std::abs(was.phi(i, 3)) < 3) {
+          ASSERT_EQ(brick.phi(i), was.phi(i, 3));
+        }
+        free = free || (brick.coord.y >= 0 && brick.phi(i) != was.phi(i, 3));
+      }
+    });
+    EXPECT_TRUE(free);
+  }
+}
+
+// Any fault at any stamp of any stroke: the clay is that of the stamps before it, and the plugin is named.
+// ARGIL_FAULTS: how many.
+TEST(PluginBrush, AnyFaultAtAnyTime) {
+  const std::filesystem::path folder = std::filesystem::temp_directory_path() / "any";
+  const Version base = sphere();
+  const std::vector<Stamp> all = stamps(12);
+  const auto good = tests::brushIn(tests::badPlugin(folder, "good"));
+  std::map<std::pair<size_t, size_t>, uint64_t> known;  // of stamps from one to another
+  const auto should = [&](size_t from, size_t to) {
+    const auto [it, fresh] = known.try_emplace({from, to});
+    if (fresh) {
+      auto brush = brushOf(good);
+      brush->adds = true;
+      clay::BrushStroke stroke(base, brush);
+      for (size_t i = from; i < to; ++i) stroke.apply(all[i]);
+      it->second = stroke.finish().hash();
+    }
+    return it->second;
+  };
+  constexpr std::array kFaults{"crash", "exit", "kill", "nan", "infinite", "fails", "status", "good"};
+  std::array<std::filesystem::path, kFaults.size()> folders;
+  for (size_t i = 0; i < kFaults.size(); ++i) folders[i] = tests::badPlugin(folder, kFaults[i]);
+  std::mt19937_64 random(7);
+  const char* asked = std::getenv("ARGIL_FAULTS");
+  const int wanted = asked ? std::atoi(asked) : tests::byTier(100, 5000);
+  int faults = 0, wrong = 0;
+  while (faults < wanted && wrong == 0) {
+    const size_t which = random() % kFaults.size();
+    const auto external = tests::brushIn(folders[which]);
+    const auto brush = brushOf(external);
+    brush->adds = true;
+    // Killed from outside, too; some processes serve several strokes before.
+    std::thread killer;
+    const bool kills = which + 1 == kFaults.size();
+    for (int round = 0; round < 3; ++round) {
+      const size_t from = random() % 4, to = from + 4 + random() % 4;
+      size_t at = from;
+      clay::BrushStroke stroke(base, brush);
+      if (kills && round == 1)
+        killer = std::thread([pid = external->processes().newest(), after = random() % 1000] {
+          std::this_thread::sleep_for(std::chrono::microseconds(after));
+          ::kill(pid, SIGKILL);
+        });
+      try {
+        for (; at < to; ++at) stroke.apply(all[at]);
+      } catch (const PluginError& error) {
+        ++faults;
+        wrong += std::string(error.what()).find(std::string("Bad ") + kFaults[which]) == std::string::npos;
+      }
+      wrong += stroke.finish().hash() != should(from, at);
+    }
+    if (killer.joinable()) killer.join();
+  }
+  EXPECT_EQ(wrong, 0) << "after " << faults << " faults";
+  std::printf("%d faults\n", faults);
 }
 
 TEST(PluginBrush, ALibraryThatIsNotThereIsSaid) {

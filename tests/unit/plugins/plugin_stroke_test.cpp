@@ -6,7 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "clay/base/error.h"
+#include "engine/models/prepare_clay.h"
 #include "engine/session/recovery.h"
+#include "engine/session/run.h"
 #include "engine/text/script.h"
 #include "tests/support/plugins/loaded_plugins.h"
 #include "tests/unit/engine/saving_rig.h"
@@ -175,6 +177,32 @@ TEST_F(PluginStroke, InAScriptNamesItsPlugin) {
   } catch (const Error& error) {
     EXPECT_THAT(error.what(), HasSubstr("needs \"org.argil.clay-strips\" \"1.0.0\", and 1.0.0 is enabled"));
   }
+}
+
+// A hand in virtual time feels the clay that a plugin's brush makes, the same each time.
+TEST_F(PluginStroke, IsFeltByAHandAndRepeats) {
+  (void)strips();
+  const Script script = parseScript(R"({"argil": 1, "units": "mm",
+    "setup": [{"voxel_mm": 0.5}, {"sphere": {"radius_mm": 12}}],
+    "strokes": [{"tool": "org.argil.clay-strips.clay-strips", "radius_mm": 3, "drive": "hand",
+                 "path": [[0, -5, 0, 18], [0.3, -5, 0, 10], [0.8, 5, 0, 10], [1, 5, 0, 18]]}]})",
+                                    "x");
+  struct Ran {
+    explicit Ran(const Script& what)
+        : session(prepareClay(clay::Store::make(), what).version), before(clayOf(*session.document())) {
+      report = runScript(session, surface, what);
+    }
+    Session session;
+    uint64_t before;
+    clay::Surface surface;
+    RunReport report;
+  };
+  const Ran first(script), second(script);
+  EXPECT_NE(clayOf(*first.session.document()), first.before);
+  EXPECT_EQ(clayOf(*first.session.document()), clayOf(*second.session.document()));
+  ASSERT_TRUE(first.report.servo);
+  EXPECT_GT(first.report.servo->touching, 0u);
+  EXPECT_GT(first.report.servo->peakForceN, 0.05);
 }
 
 // In the studio's workbench: a sentence, and the next stroke works.
