@@ -30,6 +30,8 @@ using Clock = std::chrono::steady_clock;
 namespace {
 
 constexpr int64_t kLookNs = 2'000'000;  // between two looks at a process that has not answered
+constexpr double kLongestLookS = 0.02;  // that counts of the time between them
+constexpr double kMakesUp = 10;         // seconds of sleep for one of computing
 
 double seconds(Clock::duration d) {
   return std::chrono::duration<double>(d).count();
@@ -240,14 +242,16 @@ void PluginProcess::requireDone() {
 }
 
 // A process that computes may take its processor time, however busy the machine is; one that sleeps has stopped
-// working.
+// working. One that naps is found ready now and then, the more often the busier the machine is: so what it slept is
+// added up, and only what it computed makes up for that.
 void PluginProcess::waitFor(uint32_t before, double most, double silentS, Job* job, double share) {
   Channel& shared = channel();
   if (shared.answered.load() != before) return;
   plugin::sleepWhile(shared.answered, before, kLookNs);
   if (shared.answered.load() != before) return;
   const double began = processorSeconds(pid());
-  Clock::time_point lastSeen = Clock::now();
+  Clock::time_point lastLook = Clock::now();
+  double sleptS = 0;
   for (;;) {
     if (const auto status = process_->ended()) {
       if (shared.answered.load() != before && shared.refusal != plugin::Refusal::none) return;
@@ -260,11 +264,13 @@ void PluginProcess::waitFor(uint32_t before, double most, double silentS, Job* j
     plugin::sleepWhile(shared.answered, before, kLookNs);
     if (shared.answered.load() != before) return;
     const Clock::time_point now = Clock::now();
-    if (processorSeconds(pid()) - began > most)
+    const double computedS = processorSeconds(pid()) - began;
+    if (computedS > most)
       end(PluginFault::hung, fmt::format("computed for more than {:.2g} s without an answer and was stopped", most));
-    if (computes(pid()))
-      lastSeen = now;
-    else if (seconds(now - lastSeen) > silentS)
+    // When nobody looked for long, all that is known is that it sleeps now.
+    if (!computes(pid())) sleptS += std::min(seconds(now - lastLook), kLongestLookS);
+    lastLook = now;
+    if (sleptS > silentS + kMakesUp * computedS)
       end(PluginFault::hung, fmt::format("did not answer for {:.2g} s and was stopped", silentS));
   }
 }

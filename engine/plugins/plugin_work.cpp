@@ -9,6 +9,7 @@
 #include "clay/base/work_part.h"
 #include "clay/field/settle.h"
 #include "clay/store/editor.h"
+#include "clay/store/tree.h"
 
 namespace argil::engine {
 
@@ -264,7 +265,8 @@ clay::Version operateByPlugin(PluginProcesses& processes, const std::string& ope
           if (!std::all_of(std::begin(scratch), std::end(scratch), [](float v) { return std::isfinite(v); }))
             process->end(PluginFault::notFinite, "gave a distance that is not finite and was stopped");
           const Coord coord{at[0], at[1], at[2]};
-          editor.setVoxels(coord, scratch);  // throws where it is out of reach
+          if (!clay::inReach(coord)) failGarbage(*process, "put clay where there is no room for it");
+          editor.setVoxels(coord, scratch);
           changed.push_back(coord);
         }
         return 1;

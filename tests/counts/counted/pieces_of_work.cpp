@@ -1,5 +1,7 @@
 #include "tests/counts/counted/pieces_of_work.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -14,6 +16,7 @@
 #include "clay/whole/resample.h"
 #include "clay/whole/smooth_all.h"
 #include "engine/saving/session.h"
+#include "engine/tools/added_tools.h"
 #include "engine/tools/tool_table.h"
 #include "haptics/devices/hand_path.h"
 #include "haptics/devices/sheets.h"
@@ -168,6 +171,16 @@ void addKernels(std::vector<PieceOfWork>& all) {
   kernel("wide-distance-kernel", [](Room& r) { (void)clay::widePass(r.wide, r.frozen, ~uint64_t{0}, 3, r.out); });
 }
 
+// A hundred tools of plugins, which stay: behind all that is counted without them.
+void addTools() {
+  for (int i = 0; i < 100; ++i) {
+    engine::AddedTool tool;
+    tool.id = fmt::format("counted.{}", i);
+    tool.name = "Counted", tool.help = "Adds.", tool.formula = "phi - weight";
+    (void)engine::addedTools().add(tool);
+  }
+}
+
 haptics::Scene felt(const Document& document) {
   return sceneOf(document, {});
 }
@@ -274,6 +287,8 @@ std::vector<PieceOfWork> piecesOfWork() {
     d.add(guide);
   });
   touching("mirror", nullptr, [](Document& d) { d.symmetry.pose.translation = Vec3d(3, 0, 0); });
+  carving("plugins", [] { return addTools(), plain(); });
+  touching("plugins", nullptr, [](Document&) { addTools(); });
   return all;
 }
 

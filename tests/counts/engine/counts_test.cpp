@@ -164,7 +164,7 @@ TEST_F(CountsTest, WhatASceneDoesNotUseCostsNothing) {
     EXPECT_LE(std::abs(ratio), work == "tick" ? kNothingOfATick : kNothingOfADab) << name;
     ++looked;
   }
-  EXPECT_GE(looked, 14);
+  EXPECT_GE(looked, 16);
 }
 
 TEST_F(CountsTest, WhatIsPlantedIsFound) {

@@ -7,6 +7,7 @@
 #include <signal.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <random>
 #include <thread>
 
@@ -182,6 +183,48 @@ TEST(PluginGuide, TheServoNeitherAllocatesNorWaits) {
   EXPECT_EQ(trap.locks, 0u);
   EXPECT_EQ(trap.systemCalls, 0u);
   EXPECT_EQ(trap.pageFaults, 0u);
+}
+
+// Killed at any moment, or nonsense: each tick is done, costs no more than any other, and says a force within limits.
+TEST(PluginGuide, NoTickIsLost) {
+  if (!haptics::testing::RealtimeTrap::seesAllocationsAndLocks()) GTEST_SKIP() << "sanitizers allocate by themselves";
+  const char* const asked = std::getenv("ARGIL_FAULTS");
+  const int rounds = asked != nullptr ? std::atoi(asked) : tests::longTier() ? 300 : 30;
+  std::mt19937 random(3);
+  const auto made = filesFolder();
+  int felt = 0;
+  for (int round = 0; round < rounds; ++round) {
+    const auto processes = std::make_shared<PluginProcesses>(libraryOf(readPlugin(made), made, {}));
+    const auto guide = std::make_shared<PluginGuide>(processes, "test.files.plane", std::vector<std::string>{"how"},
+                                                     std::array{round % 2 == 0 ? 0.0f : float(random() % 10)});
+    Servo servo(guide);
+    servo.device.at = {0, 0, -2};
+    std::jthread killer([pid = processes->newest(), after = random() % 20000] {
+      std::this_thread::sleep_for(std::chrono::microseconds(after));
+      ::kill(pid, SIGKILL);
+    });
+    for (int i = 0; i < 100; ++i) (void)servo.run();
+    haptics::testing::RealtimeTrap trap;
+    double most = 0, leap = 0;
+    Vec3d before = servo.device.told;
+    const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(25);
+    while (std::chrono::steady_clock::now() < end) {
+      trap.enter();
+      const Vec3d force = servo.run();
+      trap.leave();
+      most = std::max(most, force.norm());
+      leap = std::max(leap, (force - before).norm());
+      before = force;
+      if (!force.allFinite()) most = 1e9;
+      std::this_thread::sleep_for(std::chrono::microseconds(200));
+    }
+    ASSERT_EQ(trap.allocations + trap.locks + trap.systemCalls + trap.pageFaults, 0u) << round;
+    ASSERT_LE(most, 2.01) << round;
+    ASSERT_LE(leap, 0.06) << round;
+    ASSERT_EQ(servo.flags & haptics::kStopped, 0u) << round;
+    felt += most > 0.1;
+  }
+  EXPECT_GT(felt, rounds / 10);
 }
 
 TEST(PluginGuide, AnyBytesAreAModelOrNone) {

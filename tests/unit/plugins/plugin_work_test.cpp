@@ -4,8 +4,12 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 
+#include <atomic>
+#include <cstdlib>
 #include <fstream>
+#include <random>
 #include <thread>
 
 #include "clay/field/primitives.h"
@@ -182,6 +186,100 @@ TEST_F(PluginWork, IsCancelledInAMoment) {
     EXPECT_THROW((void)operate(version, how, &job), Cancelled);
     canceller.join();
   }
+}
+
+// On a machine that is busy, one that naps is found ready to run more often than not.
+TEST_F(PluginWork, OneThatNapsIsStoppedOnABusyMachineToo) {
+  std::atomic<bool> over = false;
+  std::vector<std::jthread> busy;
+  for (unsigned i = 0; i < 4 * std::max(1u, std::thread::hardware_concurrency()); ++i)
+    busy.emplace_back([&] {
+      while (!over.load(std::memory_order_relaxed)) {
+      }
+    });
+  const auto began = std::chrono::steady_clock::now();
+  EXPECT_THROW((void)import("!stuck"), PluginError);
+  const auto took = std::chrono::steady_clock::now() - began;
+  over = true;
+  EXPECT_LT(took, std::chrono::seconds(20));
+}
+
+// Whatever goes wrong with it in whatever work at whatever moment: the file is as before, the clay too, and it is
+// named.
+TEST_F(PluginWork, AnyFaultAtAnyTime) {
+  const char* const asked = std::getenv("ARGIL_FAULTS");
+  const int rounds = asked != nullptr ? std::atoi(asked) : 120;
+  const clay::Version version = ball();
+  const uint64_t before = version.hash(), after = operate(version, 0).hash();
+  const std::vector<io::ModelObject> out = modelOf(balls(), {});
+  const fs::path file = folder / "kept.tri";
+  std::ofstream(file) << "as before";
+  const io::ModelFile whole = [&] {
+    io::AtomicFile atomic(folder / "whole.tri");
+    exportByPlugin(*processes(), "test.files.tri", atomic, {out}, {}, nullptr);
+    atomic.commit();
+    return import(slurped(folder / "whole.tri"));
+  }();
+  const std::string text = slurped(folder / "whole.tri");
+  std::mt19937 random(7);
+  int faults = 0, good = 0;
+  std::shared_ptr<PluginProcesses> own = processes();
+  for (int round = 0; round < rounds; ++round) {
+    // Three faults end a plugin, so its processes are made anew; some have served before.
+    if (random() % 2 == 0) own = processes();
+    std::jthread killer;
+    SCOPED_TRACE(round);
+    const auto kills = [&] {
+      std::unique_ptr<PluginProcess> process = own->take(1);  // the one that works next
+      killer = std::jthread([pid = process->pid(), after = random() % 6000] {
+        std::this_thread::sleep_for(std::chrono::microseconds(after));
+        ::kill(pid, SIGKILL);
+      });
+      own->giveBack(std::move(process));
+    };
+    const bool killed = random() % 2 == 0;
+    try {
+      switch (random() % 3) {
+        case 0: {
+          constexpr std::array kBad{"!crash", "!huge", "!orphans", "!nan", "!few", "!many", "!range", "?"};
+          if (killed) kills();
+          const std::string bytes = killed ? text : kBad[random() % kBad.size()];
+          const io::ModelFile in =
+              importByPlugin(*own, "test.files.tri", std::as_bytes(std::span(bytes)), nullptr, 1 << 30);
+          ASSERT_TRUE(killed) << bytes;
+          ASSERT_EQ(in.objects.size(), whole.objects.size());
+          for (size_t i = 0; i < in.objects.size(); ++i)
+            ASSERT_EQ(in.objects[i].mesh.positions, whole.objects[i].mesh.positions);
+          break;
+        }
+        case 1: {
+          std::vector<io::ModelObject> objects = out;
+          if (killed) kills();
+          if (!killed) objects[random() % 2].name = random() % 2 == 0 ? "crash" : "fail";
+          io::AtomicFile atomic(file);
+          exportByPlugin(*own, "test.files.tri", atomic, {objects}, {}, nullptr);
+          ASSERT_TRUE(killed);
+          break;  // not committed
+        }
+        default: {
+          constexpr std::array kBad{1.0f, 2.0f, 5.0f};
+          if (killed) kills();
+          const float how = killed ? 0.0f : kBad[random() % kBad.size()];
+          ASSERT_EQ(operateByPlugin(*own, "test.files.operate", {"how"}, std::array{how}, version, nullptr).hash(),
+                    after);
+        }
+      }
+      ++good;
+    } catch (const Error& error) {
+      ++faults;
+      ASSERT_THAT(error.what(), HasSubstr("Files"));
+    }
+    ASSERT_EQ(version.hash(), before);
+    ASSERT_EQ(slurped(file), "as before");
+    ASSERT_EQ(std::distance(fs::directory_iterator(folder), fs::directory_iterator()), 2) << "no file beside them";
+  }
+  std::printf("%d faults, %d killed too late\n", faults, good);
+  EXPECT_GT(faults, rounds / 2);
 }
 
 TEST_F(PluginWork, AnOperationThatFailsChangesNothing) {
