@@ -246,7 +246,9 @@ int run(int argc, char** argv) {
   onPlugin("disable", "Use it no longer", plugins.disable, "id");
   onPlugin("check", "Try what a plugin promises", plugins.check, "folder");
   pluginsVerb->add_subcommand("new", "Write a plugin that works, to begin with")
-      ->add_option("what", plugins.make, "Its kind (formula or brush), and a folder that is not there yet")
+      ->add_option(
+          "what", plugins.make,
+          "Its kind (formula, brush, texture, operation, format, guide or device), and a folder that is not there yet")
       ->expected(2)
       ->required();
   pluginsVerb->require_subcommand(0, 1);
@@ -308,7 +310,7 @@ int run(int argc, char** argv) {
 
   // Tables of tools have what plugins bring before anybody reads them.
   if (!safe && (*sculptVerb || *convertVerb || *inspectVerb || *renderVerb || *feelVerb || *recoverVerb || *toolsVerb ||
-                *studioVerb || app.get_subcommands().empty()))
+                *devicesVerb || *studioVerb || app.get_subcommands().empty()))
     engine::Plugins().load();
 
   sculpt.job = convert.job = recover.job = inspect.job = render.job = feel.job = &job;

@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <functional>
+#include <thread>
 
 #include "clay/base/error.h"
 #include "clay/brush/formula.h"
@@ -19,7 +20,10 @@
 #include "clay/surface/surface.h"
 #include "engine/document/random.h"
 #include "engine/plugins/plugin.h"
+#include "engine/plugins/plugin_device.h"
+#include "engine/plugins/plugin_guide.h"
 #include "engine/plugins/plugin_work.h"
+#include "haptics/base/clock.h"
 #include "io/bytes/input.h"
 
 namespace argil::engine {
@@ -367,6 +371,73 @@ void checkOperation(const PluginLibrary& library, const Plugin::Operation& opera
   });
 }
 
+std::vector<std::string> idsOf(const std::vector<AddedTool::Number>& numbers) {
+  std::vector<std::string> ids;
+  for (const AddedTool::Number& number : numbers) ids.push_back(number.id);
+  return ids;
+}
+std::vector<float> valuesOf(const std::vector<AddedTool::Number>& numbers, double AddedTool::Number::*value) {
+  std::vector<float> values;
+  for (const AddedTool::Number& number : numbers) values.push_back(static_cast<float>(number.*value));
+  return values;
+}
+
+// A hand goes to and fro through 100 mm: what the guide says is a model each time, or none.
+void checkGuide(const PluginLibrary& library, const Plugin::Guide& guide, const Check& check) {
+  for (const auto& [value, with] : {std::pair(&AddedTool::Number::standard, "as they begin"),
+                                    {&AddedTool::Number::low, "at their low ends"},
+                                    {&AddedTool::Number::high, "at their high ends"}})
+    check(fmt::format("{}: says what is felt, with its numbers {}", guide.id, with), [&]() -> std::string {
+      constexpr int kPlaces = 200;
+      PluginGuide trial(std::make_shared<PluginProcesses>(library), guide.id, idsOf(guide.numbers),
+                        valuesOf(guide.numbers, value));
+      int said = 0, good = 0;
+      for (int i = 0; i < kPlaces; ++i) {
+        trial.tell(Vec3d(50 * std::sin(0.1 * i), 50 * std::cos(0.07 * i), 30 * std::sin(0.05 * i)), Vec3d::Zero(), 0);
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        argil_local_model model;
+        haptics::LocalModel felt;
+        if (trial.said(model)) ++said, good += checkedModel(model, felt);
+        trial.look();
+      }
+      if (good < said) return fmt::format("{} of {} models are not finite or out of range", said - good, said);
+      return said > 0 ? "" : "it says nothing";
+    });
+}
+
+void checkTexture(const PluginLibrary& library, const Plugin::Texture& texture, const Check& check) {
+  const auto image = [&](double AddedTool::Number::*value) {
+    PluginProcesses processes(library);
+    return imageByPlugin(processes, texture.tool.id, idsOf(texture.tool.numbers),
+                         valuesOf(texture.tool.numbers, value));
+  };
+  for (const auto& [value, with] : {std::pair(&AddedTool::Number::standard, "as they begin"),
+                                    {&AddedTool::Number::low, "at their low ends"},
+                                    {&AddedTool::Number::high, "at their high ends"}})
+    check(fmt::format("{}: gives heights, with its numbers {}", texture.tool.id, with),
+          [&]() -> std::string { return image(value) ? "" : "it gives none"; });
+}
+
+// At its own rate, with no force and with its largest.
+void checkDevice(const PluginLibrary& library, const Plugin::Device& device, const Check& check) {
+  check(fmt::format("{}: answers, or says that it is not there", device.id), [&]() -> std::string {
+    constexpr int kMs = 500;
+    const auto opened = openPluginDevice(device, library);
+    haptics::DeviceState state;
+    int there = 0, since = 0;
+    for (int i = 0; i < kMs; ++i) {
+      const double timeS = 1e-9 * static_cast<double>(haptics::nowNs());
+      there += opened->read(timeS, state);
+      since += there > 0;
+      opened->write(timeS, Vec3d(0, 0, i % 2 == 0 && device.sheet.dofOut > 0 ? device.sheet.peakForceN : 0));
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    // Once there it stays; a busy machine makes some answers late.
+    if (4 * there > 3 * since || (there == 0 && !device.nodes.empty())) return "";
+    return fmt::format("{} (a state in {} of {} ms)", opened->status(), there, since);
+  });
+}
+
 }  // namespace
 
 std::vector<PluginCheck> checkPlugin(const std::filesystem::path& folder) {
@@ -412,6 +483,9 @@ std::vector<PluginCheck> checkPlugin(const std::filesystem::path& folder) {
   }
   for (const Plugin::Format& format : plugin.formats) checkFormat(library, format, check);
   for (const Plugin::Operation& operation : plugin.operations) checkOperation(library, operation, check);
+  for (const Plugin::Guide& guide : plugin.guides) checkGuide(library, guide, check);
+  for (const Plugin::Texture& texture : plugin.textures) checkTexture(library, texture, check);
+  for (const Plugin::Device& device : plugin.devices) checkDevice(library, device, check);
   return checks;
 }
 

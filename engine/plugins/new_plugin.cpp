@@ -43,7 +43,9 @@ std::string trial(const std::string& tool) {
 
 void newPlugin(std::string_view kind, const fs::path& given) {
   const PluginTemplate* plan = findPluginTemplate(kind);
-  if (!plan) throw Error(fmt::format("plugins new {}: known are formula, brush", io::shown(kind)));
+  if (!plan)
+    throw Error(fmt::format("plugins new {}: known are formula, brush, texture, operation, format, guide, device",
+                            io::shown(kind)));
   const fs::path folder = given.has_filename() ? given : given.parent_path();
   if (fs::exists(folder)) throw Error(fmt::format("{} is there already: give another name", folder.string()));
   const std::string title =
@@ -62,7 +64,7 @@ void newPlugin(std::string_view kind, const fs::path& given) {
     replaceAll(text, plan->name, name);
     write(folder / file.name, text);
   }
-  write(folder / "try.json", trial(fmt::format("{}.{}", id, plan->brush)));
+  if (!plan->brush.empty()) write(folder / "try.json", trial(fmt::format("{}.{}", id, plan->brush)));
   (void)readPlugin(folder);
 }
 

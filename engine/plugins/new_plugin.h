@@ -6,9 +6,9 @@
 
 namespace argil::engine {
 
-/// Makes `folder` with a plugin that works, of a kind: "formula", or "brush", a library in C that its build.sh compiles
-/// with nothing but what lies there. `folder`/try.json uses it. Throws Error: another kind, the folder is there
-/// already.
+/// Makes `folder` with a plugin that works, of a kind: "formula", or "brush", "texture", "operation", "format",
+/// "guide", "device", a library in C that its build.sh compiles with nothing but what lies there. Of tools
+/// `folder`/try.json uses it. Throws Error: another kind, the folder is there already.
 void newPlugin(std::string_view kind, const std::filesystem::path& folder);
 
 }  // namespace argil::engine

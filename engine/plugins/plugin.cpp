@@ -132,13 +132,65 @@ Plugin::Guide guideOf(const Place& place, const Plugin& plugin) {
   return guide;
 }
 
+// Kinds of nodes that a device may be; never a disk, a camera or a keyboard's own.
+constexpr std::array<std::string_view, 5> kNodes{"/dev/hidraw", "/dev/ttyACM", "/dev/ttyUSB", "/dev/bus/usb/",
+                                                 "/dev/argil-"};
+
+std::string nodeAt(const Place& place) {
+  const std::string& node = place.text();
+  const bool known = std::any_of(kNodes.begin(), kNodes.end(), [&](auto kind) { return node.starts_with(kind); });
+  const bool letters = std::all_of(node.begin(), node.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '/' || c == '*' ||
+           c == '-' || c == '_';
+  });
+  if (!known || !letters || node.size() > 100)
+    place.fail(fmt::format("{}: give what begins with one of {}, with '*' for any letters", io::shown(node),
+                           fmt::join(kNodes, ", ")));
+  return node;
+}
+
+Plugin::Device deviceOf(const Place& place, const Plugin& plugin) {
+  place.keys({"id", "name", "help", "measures", "drives", "workspace_mm", "peak_n", "continuous_n", "stiffness_n_mm",
+              "damping_ns_mm", "resolution_mm", "rate_hz", "buttons", "nodes"});
+  Plugin::Device device;
+  device.id = plugin.id + "." + place.at("id").text();
+  device.name = place.at("name").text();
+  device.help = place.at("help").text();
+  haptics::DeviceSheet& sheet = device.sheet;
+  sheet.name = device.id;
+  sheet.like = device.name;
+  const auto axes = [&](const char* key, int least) {
+    const double value = place.at(key).number(0, 6);
+    if (value != least && value != least + 3)
+      place.at(key).fail(fmt::format("{:g}: give {} or {}", value, least, least + 3));
+    return static_cast<int>(value);
+  };
+  sheet.dofIn = axes("measures", 3);
+  sheet.dofOut = axes("drives", 0);
+  const std::vector<Place> edges = place.at("workspace_mm").items();
+  if (edges.size() != 3) place.at("workspace_mm").fail("give three edges");
+  for (int k = 0; k < 3; ++k) sheet.workspaceMm[k] = edges[static_cast<size_t>(k)].number(1, 5000);
+  sheet.resolutionMm = place.at("resolution_mm").number(1e-6, 10);
+  sheet.rateHz = place.at("rate_hz").number(20, 4000);
+  sheet.buttons = static_cast<int>(place.at("buttons").number(0, 32));
+  if (sheet.dofOut > 0) {
+    sheet.peakForceN = place.at("peak_n").number(0.01, 50);
+    sheet.continuousForceN = place.at("continuous_n").number(0.01, sheet.peakForceN);
+    sheet.topStiffnessNmm = place.at("stiffness_n_mm").number(0.001, 20);
+    sheet.topDampingNsmm = place.at("damping_ns_mm").number(0, 1);
+  }
+  if (const auto nodes = place.maybe("nodes"))
+    for (const Place& each : nodes->items()) device.nodes.push_back(nodeAt(each));
+  return device;
+}
+
 }  // namespace
 
 Plugin parsePlugin(std::string_view text, const std::string& name) {
   const nlohmann::json json = parseJson(text, name, "a plugin is {...}");
   const Place root(json, name, "");
   root.keys({"format", "id", "name", "version", "licence", "help", "library", "brushes", "formats", "operations",
-             "guides", "textures"});
+             "guides", "textures", "devices"});
   if (const double format = root.at("format").number(1, 1e6); format != kPluginFormat)
     root.at("format").fail(fmt::format("{:g} is of a newer Argil; this one knows {}", format, kPluginFormat));
   Plugin plugin;
@@ -159,9 +211,10 @@ Plugin parsePlugin(std::string_view text, const std::string& name) {
     return items;
   };
   const std::vector<Place> brushes = listOf("brushes"), formats = listOf("formats"), operations = listOf("operations"),
-                           guides = listOf("guides"), textures = listOf("textures");
-  if (brushes.empty() && formats.empty() && operations.empty() && guides.empty() && textures.empty())
-    root.fail("brings nothing: give \"brushes\", \"formats\", \"operations\", \"guides\" or \"textures\"");
+                           guides = listOf("guides"), textures = listOf("textures"), devices = listOf("devices");
+  if (brushes.empty() && formats.empty() && operations.empty() && guides.empty() && textures.empty() && devices.empty())
+    root.fail("brings nothing: give \"brushes\", \"formats\", \"operations\", \"guides\", \"textures\" or \"devices\"");
+  for (const Place& each : devices) plugin.devices.push_back(deviceOf(each, plugin));
   for (const Place& each : guides) plugin.guides.push_back(guideOf(each, plugin));
   for (const Place& each : formats) plugin.formats.push_back(formatOf(each, plugin));
   for (const Place& each : operations) plugin.operations.push_back(operationOf(each, plugin));
@@ -193,10 +246,39 @@ Plugin readPlugin(const fs::path& folder) {
   return parsePlugin(input.text(), file.string());
 }
 
+std::vector<Brought> broughtBy(const Plugin& plugin) {
+  std::vector<Brought> all;
+  for (const auto& [tool, facts] : plugin.brushes)
+    all.push_back({"brush", tool.id, tool.name, tool.help, facts ? "" : tool.formula, tool.numbers});
+  for (const auto& [tool] : plugin.textures)
+    all.push_back({"texture", tool.id, tool.name, tool.help, "", tool.numbers});
+  for (const Plugin::Operation& each : plugin.operations)
+    all.push_back({"operation", each.id, each.name, each.help, "", each.numbers});
+  for (const Plugin::Format& each : plugin.formats)
+    all.push_back({"format",
+                   each.id,
+                   each.name,
+                   fmt::format("Files that end in {}: {}{}{}.", each.ending, each.reads ? "read" : "",
+                               each.reads && each.writes ? " and " : "", each.writes ? "written" : ""),
+                   "",
+                   {}});
+  for (const Plugin::Guide& each : plugin.guides)
+    all.push_back({"guide", each.id, each.name, each.help, "", each.numbers});
+  for (const Plugin::Device& each : plugin.devices) all.push_back({"device", each.id, each.name, each.help, "", {}});
+  return all;
+}
+
 std::string mayOf(const Plugin& plugin) {
-  return plugin.library.empty()
-             ? "May compute with what a brush is given, and nothing else."
-             : "May run code in a process of its own, which opens no file, no connection and no other process.";
+  if (plugin.library.empty()) return "May compute with what a brush is given, and nothing else.";
+  std::vector<std::string> nodes;
+  for (const Plugin::Device& device : plugin.devices)
+    nodes.insert(nodes.end(), device.nodes.begin(), device.nodes.end());
+  return nodes.empty()
+             ? "May run code in a process of its own, which opens no file, no connection and no other process."
+             : fmt::format(
+                   "May run code in a process of its own, which reads and writes {}, and opens no other file, no "
+                   "connection and no other process.",
+                   fmt::join(nodes, ", "));
 }
 
 PluginLibrary libraryOf(const Plugin& plugin, const fs::path& folder, std::string checksum) {

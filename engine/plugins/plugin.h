@@ -9,6 +9,7 @@
 
 #include "engine/plugins/plugin_brush.h"
 #include "engine/tools/added_tools.h"
+#include "haptics/base/device.h"
 
 namespace argil::engine {
 
@@ -43,6 +44,13 @@ struct Plugin {
     std::vector<AddedTool::Number> numbers;
   };
 
+  /// Something that a hand holds. `nodes`: in /dev, with '*' for any letters; its library may open these.
+  struct Device {
+    std::string id, name, help;
+    haptics::DeviceSheet sheet;
+    std::vector<std::string> nodes;
+  };
+
   std::string id;  ///< Such as "org.argil.formulas".
   std::string name, version, licence, help;
   std::vector<Brush> brushes;
@@ -50,6 +58,7 @@ struct Plugin {
   std::vector<Operation> operations;
   std::vector<Guide> guides;
   std::vector<Texture> textures;
+  std::vector<Device> devices;
   std::string library;   ///< Its file's name; empty: it runs no code of its own.
   std::string checksum;  ///< SHA-256 of its plugin.json, in hexadecimal digits.
 };
@@ -72,6 +81,15 @@ inline constexpr std::string_view kPluginMachine = "linux";
 [[nodiscard]] Plugin readPlugin(const std::filesystem::path& folder);
 /// Of its text. `name` stands in messages.
 [[nodiscard]] Plugin parsePlugin(std::string_view text, const std::string& name);
+
+/// Each thing that it brings, for lists.
+struct Brought {
+  std::string_view kind;  ///< "brush", "format", "operation", "guide", "texture" or "device".
+  std::string id, name, help;
+  std::string formula;  ///< Of a brush that is one.
+  std::vector<AddedTool::Number> numbers;
+};
+[[nodiscard]] std::vector<Brought> broughtBy(const Plugin& plugin);
 
 /// What it is allowed, in a sentence without its subject.
 [[nodiscard]] std::string mayOf(const Plugin& plugin);

@@ -75,8 +75,12 @@ PluginGuide::~PluginGuide() {
 }
 
 bool PluginGuide::newest(haptics::LocalModel& model) ARGIL_REALTIME {
-  argil_local_model said;
-  return channel_->model.load(said, seen_) && checkedModel(said, model);
+  argil_local_model now;
+  return said(now) && checkedModel(now, model);
+}
+
+bool PluginGuide::said(argil_local_model& model) ARGIL_REALTIME {
+  return channel_->model.load(model, seen_);
 }
 
 void PluginGuide::tell(const Vec3d& hand, const Vec3d& velocity, uint32_t buttons) ARGIL_REALTIME {

@@ -21,6 +21,8 @@ class PluginGuide : public haptics::LocalModelSource {
   [[nodiscard]] bool newest(haptics::LocalModel& model) ARGIL_REALTIME override;
   void tell(const Vec3d& hand, const Vec3d& velocity, uint32_t buttons) ARGIL_REALTIME override;
 
+  /// The newest, as it was said and not looked at; false: there is none since. In place of newest().
+  [[nodiscard]] bool said(argil_local_model& model) ARGIL_REALTIME;
   /// Throws PluginError once its process has ended: what it said last fades by itself.
   void look();
 

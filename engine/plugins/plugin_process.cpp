@@ -126,11 +126,10 @@ PluginProcess::PluginProcess(const PluginLibrary& library, int threads, const Pl
   life_.fd = ends[1];
   try {
     const std::array<io::ChildProcess::File, 2> files{{{end.fd, plugin::kLifeFd}, {shared.fd, plugin::kChannelFd}}};
-    process_ = std::make_unique<io::ChildProcess>(
-        pluginProgram(),
-        std::vector<std::string>{library_.file.string(), library_.folder.string(), std::to_string(threads_),
-                                 std::to_string(limits_.memoryBytes)},
-        files);
+    std::vector<std::string> arguments{library_.file.string(), library_.folder.string(), std::to_string(threads_),
+                                       std::to_string(limits_.memoryBytes)};
+    arguments.insert(arguments.end(), library_.nodes.begin(), library_.nodes.end());
+    process_ = std::make_unique<io::ChildProcess>(pluginProgram(), arguments, files);
   } catch (const Error& error) {
     cannot(error.what());
   }

@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "clay/base/error.h"
 #include "clay/base/job.h"
@@ -42,6 +43,7 @@ class PluginError : public Error {
 struct PluginLibrary {
   std::string id, name, version, checksum;  ///< Of the plugin.
   std::filesystem::path folder, file;
+  std::vector<std::string> nodes = {};  ///< In /dev, that this process may open.
 };
 
 struct PluginLimits {

@@ -12,7 +12,7 @@ struct PluginTemplate {
   };
   std::string_view kind;      ///< "brush".
   std::string_view id, name;  ///< Of the plugin in its texts: others take their place.
-  std::string_view brush;     ///< End of its brush's id.
+  std::string_view brush;     ///< End of its tool's id; empty: it has none.
   std::span<const File> files;
 };
 /// Null: there is none of that kind.

@@ -9,10 +9,12 @@
 
 #include "clay/base/error.h"
 #include "engine/plugins/felt_guides.h"
+#include "engine/plugins/plugin_device.h"
 #include "engine/plugins/plugin_work.h"
 #include "engine/text/json_text.h"
 #include "engine/text/script_place.h"
 #include "engine/tools/added_jobs.h"
+#include "haptics/devices/added_devices.h"
 #include "io/bytes/atomic_file.h"
 #include "io/bytes/input.h"
 #include "io/models/added_formats.h"
@@ -295,6 +297,9 @@ void Plugins::load(FoundPlugin& found) {
     for (const Plugin::Format& format : found.plugin.formats) addFormat(format, processes);
     for (const Plugin::Guide& guide : found.plugin.guides)
       feltGuides().add({origin, guide.id, guide.name, guide.help, guide.numbers, processes});
+    for (const Plugin::Device& device : found.plugin.devices)
+      haptics::addDevice({device.id, device.name, device.sheet,
+                          [device, library = processes->library()] { return openPluginDevice(device, library); }});
     for (const Plugin::Operation& operation : found.plugin.operations) addOperation(operation, origin, processes);
   } catch (const Error& error) {
     found.state = PluginState::broken;

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "clay/base/error.h"
+#include "haptics/devices/added_devices.h"
 #include "haptics/devices/falcon.h"
 #include "haptics/devices/falcon_protocol.h"
 #include "haptics/devices/haply.h"
@@ -190,6 +191,14 @@ std::pair<const Kind*, std::string> kindOf(const std::string& name) {
               names);
 }
 
+// One that a plugin brought; null: none has that name.
+std::unique_ptr<AddedDevice> added(const std::string& name) {
+  std::vector<AddedDevice> all = addedDevices();
+  for (AddedDevice& device : all)
+    if (device.name == name) return std::make_unique<AddedDevice>(std::move(device));
+  return nullptr;
+}
+
 }  // namespace
 
 std::vector<FoundDevice> findDevices(const std::string& sys, const std::string& dev) {
@@ -197,21 +206,24 @@ std::vector<FoundDevice> findDevices(const std::string& sys, const std::string& 
   findFalcons(sys, dev, found);
   findHaply(sys, dev, found);
   findSpaceMice(sys, dev, found);
+  for (const AddedDevice& device : addedDevices()) found.push_back({device.name, device.what, "", ""});
   return found;
 }
 
 std::unique_ptr<Device> openDevice(const std::string& name, const OpenDeviceOptions& options) {
+  if (const auto device = added(name)) return device->open();
   const auto [kind, rest] = kindOf(name);
   return kind->open(rest, options);
 }
 
 DeviceSheet sheetOfDevice(const std::string& name, const OpenDeviceOptions& options) {
+  if (const auto device = added(name)) return device->sheet;
   const auto [kind, rest] = kindOf(name);
   return kind->sheet(rest, options);
 }
 
 bool isHardware(const std::string& name) {
-  return kindOf(name).first->hardware;
+  return added(name) || kindOf(name).first->hardware;
 }
 
 }  // namespace argil::haptics

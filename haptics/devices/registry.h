@@ -18,7 +18,8 @@ struct FoundDevice {
   std::string problem;  ///< What keeps it from being opened and what to do; empty: nothing.
 };
 
-/// Looks through sysfs: needs no rights, opens no device. Empty where nothing is.
+/// Looks through sysfs: needs no rights, opens no device. Those of plugins are behind the others (added_devices.h),
+/// plugged in or not. Empty where nothing is.
 [[nodiscard]] std::vector<FoundDevice> findDevices(const std::string& sys = "/sys", const std::string& dev = "/dev");
 
 struct OpenDeviceOptions {

@@ -36,7 +36,7 @@ void limit(__rlimit_resource what, uint64_t value) {
 
 }  // namespace
 
-bool confineFiles(std::span<const std::filesystem::path> readable) {
+bool confineFiles(std::span<const std::filesystem::path> readable, std::span<const std::filesystem::path> nodes) {
   if (kConfinesNothing) return false;
   const auto version = int(::syscall(SYS_landlock_create_ruleset, nullptr, size_t{0}, LANDLOCK_CREATE_RULESET_VERSION));
   if (version < 1) return false;
@@ -52,14 +52,17 @@ bool confineFiles(std::span<const std::filesystem::path> readable) {
   attributes.handled_access_fs = rights;
   const Descriptor rules(int(::syscall(SYS_landlock_create_ruleset, &attributes, sizeof attributes, 0)));
   if (rules.get() < 0) failConfining();
-  for (const std::filesystem::path& place : readable) {
+  const auto allow = [&](const std::filesystem::path& place, uint64_t access) {
     const Descriptor allowed(::open(place.c_str(), O_PATH | O_CLOEXEC));
-    if (allowed.get() < 0) continue;  // It is not there, which is told when it is opened.
+    if (allowed.get() < 0) return;  // It is not there, which is told when it is opened.
     landlock_path_beneath_attr beneath{};
-    beneath.allowed_access = LANDLOCK_ACCESS_FS_READ_FILE;
+    beneath.allowed_access = access;
     beneath.parent_fd = allowed.get();
     if (::syscall(SYS_landlock_add_rule, rules.get(), LANDLOCK_RULE_PATH_BENEATH, &beneath, 0) != 0) failConfining();
-  }
+  };
+  for (const std::filesystem::path& place : readable) allow(place, LANDLOCK_ACCESS_FS_READ_FILE);
+  for (const std::filesystem::path& node : nodes)
+    allow(node, LANDLOCK_ACCESS_FS_READ_FILE | LANDLOCK_ACCESS_FS_WRITE_FILE);
   if (::syscall(SYS_landlock_restrict_self, rules.get(), 0) != 0) failConfining();
   return true;
 }
@@ -85,7 +88,9 @@ bool confineCalls(Calls calls) {
                               SCMP_SYS(access), SCMP_SYS(faccessat),  SCMP_SYS(readlink),   SCMP_SYS(readlinkat),
                               SCMP_SYS(getcwd), SCMP_SYS(getdents64), SCMP_SYS(fcntl)};
   constexpr int kConfining[] = {SCMP_SYS(seccomp), SCMP_SYS(prctl)};
-  constexpr scmp_datum_t kWriting = O_WRONLY | O_RDWR | O_CREAT | O_TRUNC;
+  const bool device = calls == Calls::loadingDevice || calls == Calls::driving;
+  if (device) calls = calls == Calls::driving ? Calls::computing : Calls::loading;
+  const scmp_datum_t writing = device ? O_CREAT | O_TRUNC : O_WRONLY | O_RDWR | O_CREAT | O_TRUNC;
   if (::prctl(PR_GET_SECCOMP, 0, 0, 0, 0) < 0 && errno == EINVAL) return false;
   const std::unique_ptr<void, void (*)(void*)> filter(
       ::seccomp_init(calls == Calls::reading ? SCMP_ACT_ERRNO(EPERM) : SCMP_ACT_TRAP), ::seccomp_release);
@@ -101,10 +106,11 @@ bool confineCalls(Calls calls) {
     return scmp_arg_cmp{argument, SCMP_CMP_MASKED_EQ, mask, value};
   };
   for (const int call : kComputing) rule(call, SCMP_ACT_ALLOW);
+  if (device) rule(SCMP_SYS(ioctl), SCMP_ACT_ALLOW);
   if (calls != Calls::computing) {
     for (const int call : kReading) rule(call, SCMP_ACT_ALLOW);
-    rule(SCMP_SYS(openat), SCMP_ACT_ALLOW, masked(2, kWriting, 0));
-    rule(SCMP_SYS(open), SCMP_ACT_ALLOW, masked(1, kWriting, 0));
+    rule(SCMP_SYS(openat), SCMP_ACT_ALLOW, masked(2, writing, 0));
+    rule(SCMP_SYS(open), SCMP_ACT_ALLOW, masked(1, writing, 0));
   }
   if (calls == Calls::loading)
     for (const int call : kConfining) rule(call, SCMP_ACT_ALLOW);

@@ -25,20 +25,24 @@ struct ProcessLimits {
 void limitResources(const ProcessLimits& limits);
 
 /// From here on this thread and those that it starts open no file but these, and what lies in those that are folders,
-/// and these only to read (Landlock). False where the kernel has no Landlock (before 5.13, or not switched on), and
-/// under sanitizers, where nothing is done. Throws Error when it can and does not.
-[[nodiscard]] bool confineFiles(std::span<const std::filesystem::path> readable);
+/// and these only to read; `nodes` to read and to write (Landlock). False where the kernel has no Landlock
+/// (before 5.13, or not switched on), and under sanitizers, where nothing is done. Throws Error when it can and does
+/// not.
+[[nodiscard]] bool confineFiles(std::span<const std::filesystem::path> readable,
+                                std::span<const std::filesystem::path> nodes = {});
 
 /// System calls that are left to the process.
 enum class Calls : uint8_t {
-  reading,    ///< To read files, to compute and to start threads; others fail with EPERM.
-  loading,    ///< The same, and what confining itself once more takes; others raise SIGSYS.
-  computing,  ///< To compute and to start threads; others raise SIGSYS. No file is opened.
+  reading,        ///< To read files, to compute and to start threads; others fail with EPERM.
+  loading,        ///< The same, and what confining itself once more takes; others raise SIGSYS.
+  computing,      ///< To compute and to start threads; others raise SIGSYS. No file is opened.
+  loadingDevice,  ///< As loading, and files that are there may be opened to write, and told things by ioctl().
+  driving,        ///< As computing, and ioctl() on what is open.
 };
-/// From here on all threads of the process make no other system calls (seccomp): nothing is opened to write, nothing is
-/// sent to anybody, no process is started, none but our own gets a signal. SIGSYS is handled by whoever handles it now;
-/// its handler stays. False where the kernel has no filters, and under sanitizers, where nothing is done. Throws Error
-/// when it can and does not.
+/// From here on all threads of the process make no other system calls (seccomp): nothing is opened to write (but
+/// for loadingDevice), nothing is sent to anybody, no process is started, none but our own gets a signal. SIGSYS is
+/// handled by whoever handles it now; its handler stays. False where the kernel has no filters, and under sanitizers,
+/// where nothing is done. Throws Error when it can and does not.
 [[nodiscard]] bool confineCalls(Calls calls);
 
 /// "openat": the name of a system call of this machine; its number where it has none.

@@ -35,8 +35,10 @@ enum class Command : uint32_t {
   beginGuide,
   endGuide,
   texture,  ///< count: places in the window, u, v and heights behind each other.
+  beginDevice,
+  endDevice,
 };
-enum class ThingKind : uint32_t { brush, exporter, importer, operation, guide, texture };
+enum class ThingKind : uint32_t { brush, exporter, importer, operation, guide, texture, device };
 
 /// What argil-plugin asks for while it does what it was asked: it answers with kAsking, and the next question is the
 /// answer.
@@ -124,6 +126,17 @@ struct Channel {
   // A felt guide at work.
   alignas(64) SharedValue<argil_hand> hand;
   alignas(64) SharedValue<argil_local_model> model;
+
+  // A device at work: argil counts `turn` up with each force, the other side answers with a state of the same turn.
+  alignas(64) std::atomic<uint32_t> turn;
+  SharedValue<std::array<double, 3>> force;
+  alignas(64) std::atomic<uint32_t> turned;
+  struct DeviceSaid {
+    uint32_t turn;
+    argil_status status;
+    argil_device_state state;
+  };
+  SharedValue<DeviceSaid> said;
 };
 static_assert(std::atomic<uint32_t>::is_always_lock_free && std::atomic<uint64_t>::is_always_lock_free);
 

@@ -82,4 +82,9 @@ const argil_texture* Library::texture(const char* id) const {
   return texture != nullptr && texture->heights != nullptr ? texture : nullptr;
 }
 
+const argil_device* Library::device(const char* id) const {
+  const auto* device = find<argil_device>(ARGIL_DEVICE_1, id, ARGIL_UP_TO(argil_device, exchange));
+  return device != nullptr && device->begin != nullptr && device->exchange != nullptr ? device : nullptr;
+}
+
 }  // namespace argil::plugin

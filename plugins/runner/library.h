@@ -29,6 +29,7 @@ class Library {
   [[nodiscard]] const argil_operation* operation(const char* id) const;
   [[nodiscard]] const argil_guide* guide(const char* id) const;
   [[nodiscard]] const argil_texture* texture(const char* id) const;
+  [[nodiscard]] const argil_device* device(const char* id) const;
 
  private:
   template <class Thing>

@@ -1,6 +1,7 @@
 // argil-plugin: loads one plugin's library and does what argil asks of it, in memory that both share (channel.h).
-//   argil-plugin LIBRARY FOLDER THREADS MEMORY-BYTES
-// with the channel as descriptor 3, and as descriptor 0 a pipe that ends with argil.
+//   argil-plugin LIBRARY FOLDER THREADS MEMORY-BYTES [NODE …]
+// with nodes of a device that the library may open while it is loaded, with the channel as descriptor 3, and as
+// descriptor 0 a pipe that ends with argil.
 
 #include <errno.h>
 #include <signal.h>
@@ -69,7 +70,7 @@ int main(int argc, char** argv) {
   using namespace argil;
   using namespace argil::plugin;
   struct stat facts {};
-  if (argc != 5 || ::fstat(kChannelFd, &facts) != 0 || static_cast<uint64_t>(facts.st_size) != kChannelBytes) {
+  if (argc < 5 || ::fstat(kChannelFd, &facts) != 0 || static_cast<uint64_t>(facts.st_size) != kChannelBytes) {
     std::fputs("argil-plugin is started by argil\n", stderr);
     return 2;
   }
@@ -89,10 +90,15 @@ int main(int argc, char** argv) {
     ::sigaction(SIGSYS, &refused, nullptr);
     const std::vector<std::filesystem::path> readable{folder,       "/lib",           "/usr/lib",        "/lib64",
                                                       "/usr/lib64", "/usr/local/lib", "/etc/ld.so.cache"};
+    const std::vector<std::filesystem::path> nodes(argv + 5, argv + argc);
+    const bool device = !nodes.empty();
     uint32_t unconfined = 0;
-    if (!io::confineFiles(readable)) unconfined |= 1;
+    if (!io::confineFiles(readable, nodes)) unconfined |= 1;
+    // What may be written to can be told apart by Landlock alone.
+    if (device && unconfined != 0 && !io::kConfinesNothing)
+      refuse(Refusal::cannotLoad, "this system cannot keep it to its device (it has no Landlock)");
     endWithArgil();  // a thread: confined as this one is
-    if (!io::confineCalls(io::Calls::loading)) unconfined |= 2;
+    if (!io::confineCalls(device ? io::Calls::loadingDevice : io::Calls::loading)) unconfined |= 2;
     channel->unconfined.store(unconfined);
 
     static Library loaded;
@@ -114,7 +120,7 @@ int main(int argc, char** argv) {
     put(channel->version, loaded.plugin().version);
     // Never destroyed: what the library holds is not worth it.
     auto& workers = *new Workers(threads);
-    (void)io::confineCalls(io::Calls::computing);
+    (void)io::confineCalls(device ? io::Calls::driving : io::Calls::computing);
     channel->stage.store(uint32_t(Stage::ready));
     answer(*channel);
     Runner(*channel, loaded, workers).serve();

@@ -83,6 +83,11 @@ argil_status Runner::work() {
       return ARGIL_OK;
     case Command::texture:
       return texture();
+    case Command::beginDevice:
+      return beginDevice();
+    case Command::endDevice:
+      endDevice();
+      return ARGIL_OK;
   }
   return ARGIL_FAILED;
 }
@@ -124,6 +129,9 @@ argil_status Runner::describe() {
     case ThingKind::texture:
       if (const argil_texture* texture = asked(library_.texture(channel_.thing)))
         return tell(0, 0, texture->parameter_count, texture->parameters);
+      break;
+    case ThingKind::device:
+      if (asked(library_.device(channel_.thing)) != nullptr) return tell(0, 0, 0, nullptr);
       break;
   }
   return ARGIL_FAILED;
@@ -305,6 +313,57 @@ void Runner::endGuide() {
   guideThread_.join();
   if (guide_->size >= offsetof(argil_guide, end) + sizeof(guide_->end) && guide_->end != nullptr) guide_->end(guiding_);
   guide_ = nullptr;
+}
+
+argil_status Runner::beginDevice() {
+  endDevice();
+  const argil_device* device = asked(library_.device(channel_.thing));
+  if (device == nullptr) return ARGIL_FAILED;
+  held_ = device->begin();
+  const bool ends = device->size >= offsetof(argil_device, end) + sizeof(device->end) && device->end != nullptr;
+  if (held_ == nullptr && ends) return ARGIL_FAILED;
+  device_ = device;
+  deviceEnds_.store(false);
+  deviceThread_ = std::thread([this] { exchangeUntilEnd(); });
+  return ARGIL_OK;
+}
+
+// Argil asks for each exchange. When it does not, nobody holds the force back: the motors get zero.
+void Runner::exchangeUntilEnd() {
+  constexpr int64_t kSilentNs = 100'000'000;
+  const double zero[3] = {0, 0, 0};
+  Channel::DeviceSaid said{};
+  std::array<double, 3> force{};
+  uint64_t seen = 0;
+  for (uint32_t done = channel_.turned.load(); !deviceEnds_.load();) {
+    uint32_t turn = channel_.turn.load();
+    if (turn == done) {
+      sleepWhile(channel_.turn, done, kSilentNs);
+      turn = channel_.turn.load();
+    }
+    said.state = {};
+    said.state.size = sizeof said.state;
+    if (turn == done) {
+      (void)device_->exchange(held_, zero, &said.state);
+      continue;
+    }
+    // A force that is being written is that of a later turn.
+    if (!channel_.force.load(force, seen)) force = {};
+    said.turn = done = turn;
+    said.status = device_->exchange(held_, force.data(), &said.state);
+    channel_.said.store(said);
+    channel_.turned.store(turn);
+    wakeAll(channel_.turned);
+  }
+}
+
+void Runner::endDevice() {
+  if (device_ == nullptr) return;
+  deviceEnds_.store(true);
+  deviceThread_.join();
+  if (device_->size >= offsetof(argil_device, end) + sizeof(device_->end) && device_->end != nullptr)
+    device_->end(held_);
+  device_ = nullptr;
 }
 
 argil_status Runner::texture() {

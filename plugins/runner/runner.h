@@ -42,6 +42,10 @@ class Runner {
   // Felt guides.
   argil_status beginGuide();
   void endGuide();
+  // Devices.
+  argil_status beginDevice();
+  void endDevice();
+  void exchangeUntilEnd();
 
   void sleepUntilAsked();
   uint64_t ask(Upcall what, uint64_t first, uint64_t count);
@@ -64,6 +68,10 @@ class Runner {
   void* guiding_ = nullptr;
   std::atomic<bool> guideEnds_{false};
   std::thread guideThread_;
+  const argil_device* device_ = nullptr;
+  void* held_ = nullptr;
+  std::atomic<bool> deviceEnds_{false};
+  std::thread deviceThread_;
 };
 
 }  // namespace argil::plugin

@@ -320,6 +320,37 @@ typedef struct argil_texture {
   argil_status (*heights)(const float* parameters, const float* u, const float* v, float* height, uint32_t count);
 } argil_texture;
 
+/* ------------------------------------------------------------------------------------------------------------------
+ * Devices that a hand holds. plugin.json says what one can do (its sheet) and which nodes in /dev it needs: the library
+ * may open those, and no other, to read and write, in init() alone; ioctl() works on them. A process is started for the
+ * device, and anew, at most ten times a second, after exchange() has failed: so init() fails where nothing is plugged
+ * in. Argil limits forces to the sheet, tells zero when it stops, and takes what it reads for what it is: a state that
+ * is not finite or out of reach counts as none. */
+#define ARGIL_DEVICE_1 "argil.device/1"
+
+typedef struct argil_device_state {
+  uint32_t size;
+  uint32_t buttons; /* Bit a button. */
+  float pressure;   /* 0 to 1. */
+  uint32_t reserved;
+  double position_mm[3]; /* Of the tip, from the middle of its reach: x to the right, y away from the hand, z up. */
+  double rotation[4];    /* Of the stylus: x, y, z, w of a quaternion of any length; all 0 where it is not measured. */
+} argil_device_state;
+
+typedef struct argil_device {
+  uint32_t size;
+  uint32_t flags; /* 0. */
+  const char* id; /* As plugin.json has it. */
+  /* What begin() returns is handed to the calls below. Null fails, unless `end` is null too. [main] */
+  void* (*begin)(void);
+  /* Sends a force, N, axes as above, and reads the state into `state`; may wait for its bus. Called at the rate that
+   * plugin.json says; with zero when argil has said nothing for 100 ms. Anything else than ARGIL_OK: it is gone.
+   * [worker, one] */
+  argil_status (*exchange)(void* device, const double* force_n, argil_device_state* state);
+  /* Motors off. May be null. [main] */
+  void (*end)(void* device);
+} argil_device;
+
 #ifdef __cplusplus
 }
 #endif

@@ -1,6 +1,9 @@
 // argil plugins: what is there, and what to do with one.
 
 #include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "clay/base/error.h"
@@ -30,10 +33,10 @@ nlohmann::ordered_json jsonOf(const FoundPlugin& found) {
                {"licence", plugin.licence},
                {"help", plugin.help},
                {"checksum", plugin.checksum},
-               {"brushes", nlohmann::ordered_json::array()}});
-  for (const auto& [brush, facts] : plugin.brushes) {
+               {"brings", nlohmann::ordered_json::array()}});
+  for (const engine::Brought& brought : engine::broughtBy(plugin)) {
     nlohmann::ordered_json numbers = nlohmann::ordered_json::array();
-    for (const auto& number : brush.numbers)
+    for (const auto& number : brought.numbers)
       numbers.push_back({{"id", number.id},
                          {"name", number.name},
                          {"help", number.help},
@@ -41,12 +44,29 @@ nlohmann::ordered_json jsonOf(const FoundPlugin& found) {
                          {"low", number.low},
                          {"high", number.high},
                          {"standard", number.standard}});
-    nlohmann::ordered_json each{{"id", brush.id}, {"name", brush.name}, {"help", brush.help}};
-    if (!facts) each["formula"] = brush.formula;
+    nlohmann::ordered_json each{
+        {"kind", brought.kind}, {"id", brought.id}, {"name", brought.name}, {"help", brought.help}};
+    if (!brought.formula.empty()) each["formula"] = brought.formula;
     each["numbers"] = std::move(numbers);
-    json["brushes"].push_back(std::move(each));
+    json["brings"].push_back(std::move(each));
   }
   return json;
+}
+
+// "2 brushes, 1 guide".
+std::string counted(const engine::Plugin& plugin) {
+  std::string text;
+  const std::vector<engine::Brought> all = engine::broughtBy(plugin);
+  for (auto first = all.begin(); first != all.end();) {
+    const auto last = std::find_if(first, all.end(), [&](const engine::Brought& b) { return b.kind != first->kind; });
+    const auto count = last - first;
+    text += fmt::format("{}{} {}{}", text.empty() ? "" : ", ", count, first->kind,
+                        count == 1               ? ""
+                        : first->kind == "brush" ? "es"
+                                                 : "s");
+    first = last;
+  }
+  return text;
 }
 
 void list(const engine::Plugins& plugins, bool json) {
@@ -65,9 +85,8 @@ void list(const engine::Plugins& plugins, bool json) {
     if (each.state == PluginState::broken)
       fmt::print("{:<28} {}: {}\n", each.folder.stem().string(), engine::nameOf(each.state), each.problem);
     else
-      fmt::print("{:<28} {}: {} {}, {} {}. {} ({})\n", each.plugin.id, engine::nameOf(each.state), each.plugin.name,
-                 each.plugin.version, each.plugin.brushes.size(), each.plugin.brushes.size() == 1 ? "brush" : "brushes",
-                 each.plugin.help, each.folder.string());
+      fmt::print("{:<28} {}: {} {}, {}. {} ({})\n", each.plugin.id, engine::nameOf(each.state), each.plugin.name,
+                 each.plugin.version, counted(each.plugin), each.plugin.help, each.folder.string());
   }
 }
 
@@ -85,10 +104,10 @@ void describe(const engine::Plugins& plugins, const std::string& id, bool json) 
   fmt::print("{}\n", engine::mayOf(plugin));
   if (!plugin.library.empty())
     fmt::print("  library     {}\n", engine::libraryOf(plugin, found->folder, {}).file.string());
-  for (const auto& [brush, facts] : plugin.brushes) {
-    fmt::print("\n{} ({})\n  {}\n", brush.name, brush.id, brush.help);
-    if (!facts) fmt::print("  formula     {}\n", brush.formula);
-    for (const auto& number : brush.numbers)
+  for (const engine::Brought& brought : engine::broughtBy(plugin)) {
+    fmt::print("\n{}: a {} ({})\n  {}\n", brought.name, brought.kind, brought.id, brought.help);
+    if (!brought.formula.empty()) fmt::print("  formula     {}\n", brought.formula);
+    for (const auto& number : brought.numbers)
       fmt::print("  {:<11} {:g} to {:g}{}{}, {:g}: {}\n", number.id, number.low, number.high,
                  number.unit.empty() ? "" : " ", number.unit, number.standard, number.help);
   }
@@ -100,10 +119,12 @@ void plugins(const PluginsOptions& options) {
   if (!options.make.empty()) {
     const std::string& folder = options.make[1];
     engine::newPlugin(options.make[0], folder);
+    const auto has = [&](const char* file) { return std::filesystem::exists(std::filesystem::path(folder) / file); };
     fmt::print(
-        "{} is there.{} argil plugins check {} tries it; {}/try.json uses it, once it lies in one of the folders "
-        "that argil plugins names and is enabled.\n",
-        folder, options.make[0] == "brush" ? fmt::format(" sh {}/build.sh compiles it.", folder) : "", folder, folder);
+        "{} is there.{} argil plugins check {} tries it{}, once it lies in one of the folders that argil plugins "
+        "names and is enabled.\n",
+        folder, has("build.sh") ? fmt::format(" sh {}/build.sh compiles it.", folder) : "", folder,
+        has("try.json") ? fmt::format("; {}/try.json uses it", folder) : "; it is used");
     return;
   }
   if (!options.check.empty()) {

@@ -111,6 +111,28 @@ TEST(Plugins, AHistoryBecomesASequenceOfFiles) {
   EXPECT_EQ(argil({"convert", (scratch / "lapse-0001.obj").string(), (scratch / "x.objs").string()}).code, 2);
 }
 
+// Each kind as it is begun with: compiled by its own script, without a fault, listed, and where users look for it.
+TEST(Plugins, EveryKindCanBeBegunWith) {
+  const Scratch scratch;
+  const Home home(scratch.path());
+  setenv("ARGIL_PLUGIN_PATH", scratch.path().c_str(), 1);
+  for (const std::string kind : {"texture", "operation", "format", "guide", "device"}) {
+    SCOPED_TRACE(kind);
+    const std::string made = (scratch / ("my-" + kind + ".argil-plugin")).string();
+    ASSERT_EQ(argil({"plugins", "new", kind, made}).code, 0);
+    ASSERT_EQ(std::system(("sh '" + made + "/build.sh'").c_str()), 0);
+    const Outcome checked = argil({"plugins", "check", made});
+    EXPECT_EQ(checked.code, 0) << checked.out;
+    ASSERT_EQ(argil({"plugins", "enable", "local.my-" + kind}).code, 0);
+    EXPECT_NE(argil({"plugins"}).out.find(", 1 " + kind + "."), std::string::npos);
+    const std::string described = argil({"plugins", "describe", "local.my-" + kind}).out;
+    EXPECT_NE(described.find(": a " + kind + " (local.my-" + kind + "."), std::string::npos) << described;
+  }
+  EXPECT_NE(argil({"devices"}).out.find("local.my-device.hand"), std::string::npos);
+  EXPECT_EQ(argil({"devices", "--sheet", "local.my-device.hand"}).code, 0);
+  EXPECT_NE(argil({"tools", "--operations"}).out.find("local.my-operation.roughen"), std::string::npos);
+}
+
 // A script whose plugin fails writes nothing and says whose fault it is in one line.
 TEST(Plugins, AScriptWhosePluginFailsWritesNothing) {
   const Scratch scratch;

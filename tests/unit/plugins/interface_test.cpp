@@ -82,7 +82,8 @@ TEST(PluginInterface, StructsStayAsTheyWerePublished) {
       {sizeof(argil_object), 32},       {sizeof(argil_export), 32},   {sizeof(argil_exporter), 56},
       {sizeof(argil_import), 56},       {sizeof(argil_importer), 24}, {sizeof(argil_work), 96},
       {sizeof(argil_operation), 40},    {sizeof(argil_hand), 56},     {sizeof(argil_element), 64},
-      {sizeof(argil_local_model), 552}, {sizeof(argil_guide), 56}};
+      {sizeof(argil_local_model), 552}, {sizeof(argil_guide), 56},    {sizeof(argil_texture), 40},
+      {sizeof(argil_device_state), 72}, {sizeof(argil_device), 40}};
   for (const auto& [now, published] : sizes) EXPECT_EQ(now, published) << &published - &sizes[0].second;
   for (const auto& [now, published] : all) {
     EXPECT_EQ(now.offset, published.offset) << now.name;

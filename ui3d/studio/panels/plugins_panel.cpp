@@ -27,9 +27,9 @@ void look(PluginsPage& page) {
   });
 }
 
-std::string broughtBy(const engine::Plugin& plugin) {
+std::string namesOf(const engine::Plugin& plugin) {
   std::string names;
-  for (const auto& brush : plugin.brushes) names += (names.empty() ? "" : ", ") + brush.tool.name;
+  for (const engine::Brought& each : engine::broughtBy(plugin)) names += (names.empty() ? "" : ", ") + each.name;
   return names;
 }
 
@@ -53,8 +53,8 @@ void change(Context& context, PluginsPage& page, const FoundPlugin& plugin, bool
     page.problem = fmt::format("{} is used when Argil is started again: another state of it is in use.", name);
   else
     context.bench.tell(engine::Message::Level::done,
-                       enable ? fmt::format("{} is enabled: {} is among the tools.", name, broughtBy(now->plugin))
-                              : fmt::format("{} is disabled; its brushes go when Argil is started again.", name));
+                       enable ? fmt::format("{} is enabled. It brings {}.", name, namesOf(now->plugin))
+                              : fmt::format("{} is disabled; what it brings goes when Argil is started again.", name));
 }
 
 void drawOne(PluginsPage& page, const FoundPlugin& found) {
@@ -79,7 +79,7 @@ void drawOne(PluginsPage& page, const FoundPlugin& found) {
   }
   if (!readable) return kit::wrapped(found.problem, c.warning);
   kit::wrapped(found.plugin.help, c.text);
-  kit::fact("Brushes", broughtBy(found.plugin));
+  kit::fact("Brings", namesOf(found.plugin));
   kit::fact("State", engine::nameOf(found.state), on ? c.text : c.dim);
   kit::fact("Licence", found.plugin.licence);
   kit::wrapped(engine::mayOf(found.plugin), c.dim);
