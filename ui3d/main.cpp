@@ -19,6 +19,7 @@
 #include "clay/base/interrupt.h"
 #include "engine/models/export_presets.h"
 #include "engine/plugins/plugins.h"
+#include "engine/plugins/start_mark.h"
 #include "haptics/threads/guard.h"
 #include "io/models/model_file.h"
 #include "ui3d/cli/verbs.h"
@@ -309,6 +310,19 @@ int run(int argc, char** argv) {
   }
 
   // Tables of tools have what plugins bring before anybody reads them.
+  std::unique_ptr<engine::StartMark> mark;
+#ifdef ARGIL_STUDIO
+  if (!safe && studio.play.empty() && (*studioVerb || app.get_subcommands().empty()) &&
+      std::filesystem::exists(engine::pluginSettings())) {
+    mark = std::make_unique<engine::StartMark>(engine::pluginSettings().replace_extension("starting"));
+    safe = mark->lastDied();
+    if (safe)
+      studio.notice =
+          "The last start ended before it was through, so that plugins are left out of this one. They are back at the "
+          "next; Help, Plugins shows which there are.";
+    studio.settled = [&mark] { mark->good(); };
+  }
+#endif
   if (!safe && (*sculptVerb || *convertVerb || *inspectVerb || *renderVerb || *feelVerb || *recoverVerb || *toolsVerb ||
                 *devicesVerb || *studioVerb || app.get_subcommands().empty()))
     engine::Plugins().load();

@@ -26,6 +26,7 @@ constexpr double kWaitS = 0.001;  // For the tool that a press is to have.
 constexpr double kIdleS = 0.05;   // Nothing to do: a look at jobs and stylus.
 // So long after the person's last act panels are drawn ten times a second, for what fades or blinks.
 constexpr double kLivelyS = 5;
+constexpr double kSettledS = 10;  // A start is over.
 constexpr double kUiS = 0.1, kQuietUiS = 1;
 constexpr float kHintUnits = 28;  // Below the upper edge of the picture.
 constexpr double kRestS = 0.3;    // Longer than the pause before the full picture.
@@ -375,7 +376,13 @@ double SessionWindow::restS(double now) {
 }
 
 void SessionWindow::run() {
+  if (!options_.notice.empty()) bench_.tell(engine::Message::Level::warning, options_.notice);
+  bool settled = !options_.settled;
   while (!leave_) {
+    if (!settled && window_.nowS() > kSettledS) {
+      settled = true;
+      options_.settled();
+    }
     const int64_t began = haptics::nowNs(), core = haptics::threadWorkNs();
     gather();
     size_t done = 0;

@@ -24,6 +24,8 @@ struct StudioOptions {
   std::optional<Theme> theme;
   bool validate = false;              ///< With Vulkan's validation layer.
   std::function<bool()> interrupted;  ///< Ctrl-C on the terminal: leaves without asking.
+  std::string notice;                 ///< A warning to begin with; empty: none.
+  std::function<void()> settled;      ///< Called once it has run for 10 s; may be null.
 };
 
 /// Runs until the person leaves. On the process' first thread. Throws Error: input for a file or a recording that

@@ -4,6 +4,8 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <fstream>
@@ -11,6 +13,7 @@
 #include "clay/base/error.h"
 #include "engine/plugins/check_plugin.h"
 #include "engine/plugins/new_plugin.h"
+#include "engine/plugins/start_mark.h"
 #include "engine/text/script.h"
 #include "tests/support/plugins/plugin_folders.h"
 
@@ -209,6 +212,33 @@ TEST_F(PluginsTest, AnExamplePassesItsTrial) {
   for (const char* name :
        {"soften", "clay-strips", "formulas", "ripples", "obj-sequence", "roughen", "rail", "pebbles", "pendulum"})
     for (const PluginCheck& check : checkPlugin(tests::examplePlugin(name))) EXPECT_EQ(check.problem, "") << check.name;
+}
+
+TEST_F(PluginsTest, AStartThatDiesIsKnownToTheNext) {
+  const fs::path file = root_ / "plugins.starting";
+  const auto diesAt = [&](bool good) {
+    const pid_t child = ::fork();
+    if (child == 0) {
+      auto* mark = new StartMark(file);  // nobody ends it
+      if (good) mark->good();
+      ::_exit(0);
+    }
+    int status = 0;
+    ::waitpid(child, &status, 0);
+  };
+  EXPECT_FALSE(StartMark(file).lastDied());
+  EXPECT_FALSE(StartMark(file).lastDied()) << "it came to its end";
+  diesAt(true);
+  EXPECT_FALSE(StartMark(file).lastDied()) << "it died later";
+  diesAt(false);
+  {
+    const StartMark mark(file);
+    EXPECT_TRUE(mark.lastDied());
+    EXPECT_FALSE(StartMark(file).lastDied()) << "another window that begins";
+  }
+  EXPECT_FALSE(StartMark(file).lastDied()) << "once alone";
+  EXPECT_FALSE(StartMark({}).lastDied());
+  EXPECT_FALSE(StartMark(root_ / "none" / "x").lastDied());
 }
 
 struct Found {
