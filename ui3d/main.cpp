@@ -157,6 +157,11 @@ int run(int argc, char** argv) {
   inspectVerb->add_option("--voxel", inspect.voxelMm, "Also as clay with this voxel size in mm: what it costs");
   inspectVerb->add_flag("--cost", inspect.cost,
                         "Of a model what it would cost as clay, before that is made; of a document what it takes");
+  inspectVerb->add_option("--print", inspect.print,
+                          "Also what stands in the way of printing it: sla, fdm, sls, metal or casting; a model needs "
+                          "--voxel");
+  inspectVerb->add_option("--wall", inspect.wallMm, "With --print: the thinnest wall in mm that is asked for");
+  inspectVerb->add_option("--gap", inspect.gapMm, "With --print: the narrowest gap in mm that is asked for");
   inspectVerb->add_flag("--json", inspect.json, "As JSON");
 
   cli::RecoverOptions recover;

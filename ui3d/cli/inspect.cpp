@@ -14,6 +14,7 @@
 #include "engine/models/load_document.h"
 #include "engine/text/quality_text.h"
 #include "ui3d/cli/inspect_cost.h"
+#include "ui3d/cli/inspect_print.h"
 #include "ui3d/cli/mesh_input.h"
 #include "ui3d/cli/verbs.h"
 
@@ -75,6 +76,7 @@ void printTopology(const clay::TopologyReport& t) {
 // What a document holds and what it pays for.
 void inspectClay(const InspectOptions& options) {
   if (options.voxelMm) throw Error("--voxel: clay has its voxels already; leave it out");
+  const auto print = printOf(options);
   const engine::LoadedDocument loaded = engine::loadDocument(options.input, {}, options.job);
   const engine::Document& document = *loaded.document;
   nlohmann::ordered_json json;
@@ -109,12 +111,18 @@ void inspectClay(const InspectOptions& options) {
                               {"hash", fmt::format("{:016x}", piece.version.hash())},
                               {"surface", topologyJson(skin)}});
     if (options.cost) held.push_back(std::move(surface));
-    if (options.json) continue;
+    if (options.json) {
+      if (print)
+        json["pieces"].back()["print"] =
+            printJson(*print, engine::checkPrint(piece.version, piece.pose, *print, options.job));
+      continue;
+    }
     fmt::print("{}: voxels of {} mm{}{}\n", piece.name, piece.version.grid().voxelMm, piece.visible ? "" : ", hidden",
                piece.locked ? ", locked" : "");
     fmt::print("  costs       {} bricks, {:.1f} MiB, {} active voxels; {}\n", stats.bricks,
                static_cast<double>(stats.bytes()) / (1 << 20), active, channelsOf(piece.version));
     printTopology(skin);
+    if (print) sayPrint(*print, engine::checkPrint(piece.version, piece.pose, *print, options.job));
   }
   for (const engine::Part& part : document.parts) {
     const clay::TopologyReport mesh = clay::checkTopology(*part.mesh);
@@ -132,6 +140,9 @@ void inspectClay(const InspectOptions& options) {
 void inspect(const InspectOptions& options) {
   requireModel(options.input, options.place);
   if (engine::holdsClay(options.input)) return inspectClay(options);
+  const auto print = printOf(options);
+  if (print && (!options.voxelMm || options.cost))
+    throw Error("--print looks at clay: give the model's --voxel too, and leave out --cost");
   io::MeshFile file = readMeshIn(options.input, options.place, options.job);
   // As it becomes clay: vertices at one place are one.
   const clay::TopologyReport asGiven = clay::checkTopology(file.mesh),
@@ -177,11 +188,15 @@ void inspect(const InspectOptions& options) {
                     {"active_voxels", active}};
     json["repair"] = imported.report.sentences();
     json["surface"] = topologyJson(skin);
+    std::optional<engine::PrintReport> report;
+    if (print) report = engine::checkPrint(imported.version, {}, *print, options.job);
+    if (report && options.json) json["print"] = printJson(*print, *report);
     if (!options.json) {
       fmt::print("as clay with voxels of {} mm\n", imported.version.grid().voxelMm);
       fmt::print("  costs       {} bricks, {:.1f} MiB, {} active voxels; {}\n", stats.bricks,
                  static_cast<double>(stats.bytes()) / (1 << 20), active, channelsOf(imported.version));
       printTopology(skin);
+      if (report) sayPrint(*print, *report);
     }
   }
   if (options.json) fmt::print("{}\n", json.dump(2));

@@ -61,6 +61,9 @@ struct InspectOptions {
   engine::ImportPlace place;      ///< Of an input that is a model.
   std::optional<double> voxelMm;  ///< Also say what it costs as clay.
   bool cost = false;              ///< Of a model what it would cost as clay, of a document what it takes of memory.
+  /// A way to print (engine/print/print_check.h): also what stands in its way. Empty: none.
+  std::string print;
+  std::optional<double> wallMm, gapMm;  ///< In place of its own limits.
   bool json = false;
   Job* job = nullptr;
 };

@@ -1,0 +1,47 @@
+#pragma once
+// What stands in the way of printing a piece, before a slicer says it.
+
+#include <array>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "clay/base/job.h"
+#include "clay/field/slice_sweep.h"
+#include "clay/mesh/wall_thickness.h"
+#include "clay/store/version.h"
+#include "haptics/base/pose.h"
+
+namespace argil::engine {
+
+/// A way to print, with the limits that its users go by: where to begin, not what a machine promises.
+struct PrintProcess {
+  std::string_view id, name;
+  double wallMm = 1;            ///< Thinner walls break or are not made.
+  double gapMm = 0.5;           ///< Narrower gaps are filled.
+  double overhangDegrees = 45;  ///< From the horizontal: faces that look down and are flatter need supports.
+  bool needsSupport = true;     ///< Overhangs and islands count.
+  bool holdsLiquid = true;      ///< Traps count, closed ones in any process: what is in there stays in there.
+  Vec3d bedMm = {250, 210, 210};
+};
+[[nodiscard]] std::span<const PrintProcess> printProcesses();
+/// Throws Error that lists them.
+[[nodiscard]] const PrintProcess& printProcess(std::string_view id);
+
+struct PrintReport {
+  Vec3d lowMm = Vec3d::Zero(), highMm = Vec3d::Zero();  ///< Of the piece as it stands.
+  bool fits = false;                                    ///< On the bed, turned by a quarter or not.
+  clay::WallThickness walls, gaps;
+  double overhangMm2 = 0;  ///< Area that looks down and is flatter than the limit, without what stands on the bed.
+  clay::SliceReport slices;
+  /// How many kinds of trouble there are.
+  [[nodiscard]] int troubles(const PrintProcess& process) const;
+};
+
+/// Looks at a piece as it stands, +z up. A piece that is turned is resampled first. Places are in the world. `job` may
+/// be null. Throws Cancelled; Error for a piece without clay. Cost follows the surface: about 1 s for a million
+/// triangles.
+[[nodiscard]] PrintReport checkPrint(const clay::Version& version, const haptics::Pose& pose,
+                                     const PrintProcess& process, Job* job);
+
+}  // namespace argil::engine

@@ -1,0 +1,95 @@
+// What stands in the way of printing: shapes with one fault each, and one without.
+
+#include "engine/print/print_check.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "clay/base/error.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "clay/whole/boolean.h"
+
+namespace argil::engine {
+namespace {
+
+using clay::Version;
+
+Version block(const Vec3d& middle, const Vec3d& edges) {
+  clay::Grid grid;
+  grid.voxelMm = 0.2;
+  return clay::makeBlock(clay::Store::make(), grid, middle, edges, 0);
+}
+Version joined(const Version& a, const Version& b) {
+  return clay::combine(a, b, clay::Combination::join);
+}
+PrintReport checked(const Version& version, const char* process, const haptics::Pose& pose = {}) {
+  return checkPrint(version, pose, printProcess(process), nullptr);
+}
+
+TEST(PrintCheck, ABlockOnItsBaseHasNothingInItsWay) {
+  for (const PrintProcess& process : printProcesses()) {
+    SCOPED_TRACE(process.id);
+    const PrintReport report = checked(block({0, 0, 10}, {20, 16, 20}), process.id.data());
+    EXPECT_EQ(report.troubles(process), 0);
+    EXPECT_EQ(report.overhangMm2, 0);
+    EXPECT_NEAR(report.walls.wallsMm.front(), 16, 0.2);
+  }
+  EXPECT_THROW((void)printProcess("clay"), Error);
+}
+
+TEST(PrintCheck, ThinWallsAndNarrowGapsAreMeasuredAndShown) {
+  const Version base = block({0, 0, 2}, {30, 20, 4});
+  const PrintReport thin = checked(joined(base, block({5, 0, 9}, {0.6, 20, 12})), "sla");
+  // Where its rim is round it is thinner, by half a voxel at most.
+  EXPECT_NEAR(thin.walls.wallsMm.front(), 0.6, 0.1);
+  EXPECT_NEAR(thin.walls.places.front().x(), 5, 0.5);
+  EXPECT_GT(thin.walls.places.front().z(), 3.5);
+  // Both its sides, 12 mm high each, of all that there is.
+  EXPECT_NEAR(thin.walls.shareThinner(1), 2 * 11 * 20 / (2 * 30 * 20 + 2 * 4 * 50 + 2 * 11 * 20.0), 0.03);
+  EXPECT_EQ(thin.troubles(printProcess("sla")), 1);
+  const PrintReport narrow =
+      checked(joined(base, joined(block({-3, 0, 9}, {6, 20, 12}), block({3.4, 0, 9}, {6, 20, 12}))), "sla");
+  EXPECT_NEAR(narrow.gaps.wallsMm.front(), 0.4, 0.1);
+  EXPECT_NEAR(narrow.gaps.places.front().x(), 0.2, 0.5);
+  EXPECT_EQ(narrow.walls.shareThinner(1), 0);
+  EXPECT_EQ(narrow.troubles(printProcess("sla")), 1);
+}
+
+TEST(PrintCheck, HangsAndTrapsFollowHowItStands) {
+  // A table: a plate of 20 × 20 mm on a foot of 6 × 6.
+  const Version table = joined(block({0, 0, 6}, {6, 6, 12}), block({0, 0, 14}, {20, 20, 4}));
+  const PrintReport standing = checked(table, "fdm");
+  // Two voxels around its rim are round.
+  EXPECT_NEAR(standing.overhangMm2, 20 * 20 - 6 * 6, 80 * 0.4);
+  EXPECT_TRUE(standing.slices.islands.empty());
+  haptics::Pose turned;
+  turned.rotation = Eigen::AngleAxisd(std::numbers::pi, Vec3d::UnitX());
+  turned.translation = {100, 0, 0};
+  const PrintReport lying = checked(table, "fdm", turned);
+  EXPECT_EQ(lying.overhangMm2, 0);
+  EXPECT_NEAR(lying.lowMm.x(), 90, 0.1);
+  EXPECT_NEAR(lying.highMm.z(), 0, 0.1);
+  // A cup holds resin as it stands, and nothing upside down.
+  const Version cup =
+      clay::combine(block({0, 0, 10}, {20, 20, 20}), block({0, 0, 15}, {12, 12, 20}), clay::Combination::cut);
+  EXPECT_EQ(checked(cup, "sla").slices.traps.size(), 1u);
+  EXPECT_EQ(checked(cup, "sla", turned).slices.traps.size(), 0u);
+  EXPECT_EQ(checked(cup, "fdm").troubles(printProcess("fdm")), 0) << "filament holds no liquid";
+  EXPECT_EQ(checked(cup, "sla").troubles(printProcess("sla")), 1);
+}
+
+TEST(PrintCheck, TheBedIsLookedAtBothWays) {
+  EXPECT_TRUE(checked(block({0, 0, 2}, {60, 100, 4}), "casting").fits);
+  EXPECT_TRUE(checked(block({0, 0, 2}, {100, 60, 4}), "casting").fits);
+  EXPECT_FALSE(checked(block({0, 0, 2}, {100, 80, 4}), "casting").fits);
+}
+
+TEST(PrintCheck, WithoutClayIsAnError) {
+  EXPECT_THROW((void)checked(Version::empty(clay::Store::make(), clay::Grid{}), "sla"), Error);
+}
+
+}  // namespace
+}  // namespace argil::engine

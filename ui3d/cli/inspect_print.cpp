@@ -1,0 +1,108 @@
+#include "ui3d/cli/inspect_print.h"
+
+#include <fmt/format.h>
+
+#include "clay/base/error.h"
+
+namespace argil::cli {
+
+namespace {
+
+constexpr size_t kMostPlaces = 5;  // of a kind that are told in words; JSON has all
+
+std::string at(const Vec3d& p) {
+  return fmt::format("({:.1f}, {:.1f}, {:.1f})", p.x(), p.y(), p.z());
+}
+
+void sayWalls(const char* what, const char* beyond, const clay::WallThickness& walls, double limit) {
+  const double share = walls.shareThinner(limit);
+  if (share > 0)
+    fmt::print("  {:<11} {:.2g} % of the surface bounds {} {} than {:g} mm; {:.2g} mm at {}\n", what, 100 * share, what,
+               beyond, limit, walls.wallsMm.front(), at(walls.places.front()));
+  else
+    fmt::print("  {:<11} none {} than {:g} mm\n", what, beyond, limit);
+}
+
+nlohmann::ordered_json wallsJson(const clay::WallThickness& walls, double limit) {
+  nlohmann::ordered_json json{{"limit_mm", limit}, {"share_beyond", walls.shareThinner(limit)}};
+  if (!walls.wallsMm.empty()) {
+    const Vec3d& p = walls.places.front();
+    json["least_mm"] = walls.wallsMm.front();
+    json["at_mm"] = {p.x(), p.y(), p.z()};
+  }
+  return json;
+}
+
+}  // namespace
+
+std::optional<engine::PrintProcess> printOf(const InspectOptions& options) {
+  if (options.print.empty()) {
+    if (options.wallMm || options.gapMm) throw Error("--wall and --gap go with --print");
+    return std::nullopt;
+  }
+  engine::PrintProcess process = engine::printProcess(options.print);
+  const auto take = [](const char* name, const std::optional<double>& given, double& limit) {
+    if (!given) return;
+    if (!(*given > 0 && *given <= 1000)) throw Error(fmt::format("{} {}: give 0 to 1000 mm", name, *given));
+    limit = *given;
+  };
+  take("--wall", options.wallMm, process.wallMm);
+  take("--gap", options.gapMm, process.gapMm);
+  return process;
+}
+
+void sayPrint(const engine::PrintProcess& process, const engine::PrintReport& report) {
+  fmt::print("printed in {}, as it stands\n", process.name);
+  sayWalls("walls", "thinner", report.walls, process.wallMm);
+  sayWalls("gaps", "narrower", report.gaps, process.gapMm);
+  if (process.needsSupport) {
+    fmt::print("  overhangs   {:.4g} mm² look down and are flatter than {:g}°\n", report.overhangMm2,
+               process.overhangDegrees);
+    fmt::print("  islands     {}\n",
+               report.slices.islands.empty() ? "none" : std::to_string(report.slices.islands.size()));
+    for (size_t i = 0; i < std::min(kMostPlaces, report.slices.islands.size()); ++i) {
+      const clay::Island& island = report.slices.islands[i];
+      fmt::print("              at {}, {}\n", at(island.at),
+                 island.aloneMm > 0 ? fmt::format("alone for {:.3g} mm", island.aloneMm) : "a body of its own");
+    }
+  }
+  double closed = 0, open = 0;
+  for (const clay::Trap& trap : report.slices.traps) (trap.closed ? closed : open) += trap.volumeMm3;
+  if (closed > 0 || open > 0)
+    fmt::print("  hollows     {:.4g} mm³ closed, {:.4g} mm³ that hold a liquid{}\n", closed, open,
+               process.holdsLiquid ? "" : ", which does not matter here");
+  else
+    fmt::print("  hollows     none that hold a liquid\n");
+  for (size_t i = 0; i < std::min(kMostPlaces, report.slices.traps.size()); ++i) {
+    const clay::Trap& trap = report.slices.traps[i];
+    fmt::print("              {:.4g} mm³ from {} up{}\n", trap.volumeMm3, at(trap.at),
+               trap.closed ? ", closed" : fmt::format(" to z = {:.1f}", trap.spillsMm));
+  }
+  const Vec3d& bed = process.bedMm;
+  fmt::print("  bed         it {} on {:g} × {:g} × {:g} mm\n", report.fits ? "fits" : "does not fit", bed.x(), bed.y(),
+             bed.z());
+  const int troubles = report.troubles(process);
+  fmt::print("  {}\n", troubles == 0 ? "nothing stands in the way"
+                                     : fmt::format("{} kind{} of trouble", troubles, troubles == 1 ? "" : "s"));
+}
+
+nlohmann::ordered_json printJson(const engine::PrintProcess& process, const engine::PrintReport& report) {
+  nlohmann::ordered_json json{{"process", process.id},
+                              {"walls", wallsJson(report.walls, process.wallMm)},
+                              {"gaps", wallsJson(report.gaps, process.gapMm)},
+                              {"overhang_mm2", report.overhangMm2},
+                              {"fits", report.fits},
+                              {"islands", nlohmann::ordered_json::array()},
+                              {"traps", nlohmann::ordered_json::array()},
+                              {"troubles", report.troubles(process)}};
+  for (const clay::Island& island : report.slices.islands)
+    json["islands"].push_back({{"at_mm", {island.at.x(), island.at.y(), island.at.z()}}, {"alone_mm", island.aloneMm}});
+  for (const clay::Trap& trap : report.slices.traps)
+    json["traps"].push_back({{"at_mm", {trap.at.x(), trap.at.y(), trap.at.z()}},
+                             {"volume_mm3", trap.volumeMm3},
+                             {"closed", trap.closed},
+                             {"spills_mm", trap.spillsMm}});
+  return json;
+}
+
+}  // namespace argil::cli
