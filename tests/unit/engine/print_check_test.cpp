@@ -17,9 +17,9 @@ namespace {
 
 using clay::Version;
 
-Version block(const Vec3d& middle, const Vec3d& edges) {
+Version block(const Vec3d& middle, const Vec3d& edges, double voxelMm = 0.2) {
   clay::Grid grid;
-  grid.voxelMm = 0.2;
+  grid.voxelMm = voxelMm;
   return clay::makeBlock(clay::Store::make(), grid, middle, edges, 0);
 }
 Version joined(const Version& a, const Version& b) {
@@ -60,7 +60,7 @@ TEST(PrintCheck, ThinWallsAndNarrowGapsAreMeasuredAndShown) {
 
 TEST(PrintCheck, HangsAndTrapsFollowHowItStands) {
   // A table: a plate of 20 × 20 mm on a foot of 6 × 6.
-  const Version table = joined(block({0, 0, 6}, {6, 6, 12}), block({0, 0, 14}, {20, 20, 4}));
+  const Version table = joined(block({0, 0, 6.5}, {6, 6, 13}), block({0, 0, 14}, {20, 20, 4}));
   const PrintReport standing = checked(table, "fdm");
   // Two voxels around its rim are round.
   EXPECT_NEAR(standing.overhangMm2, 20 * 20 - 6 * 6, 80 * 0.4);
@@ -82,9 +82,9 @@ TEST(PrintCheck, HangsAndTrapsFollowHowItStands) {
 }
 
 TEST(PrintCheck, TheBedIsLookedAtBothWays) {
-  EXPECT_TRUE(checked(block({0, 0, 2}, {60, 100, 4}), "casting").fits);
-  EXPECT_TRUE(checked(block({0, 0, 2}, {100, 60, 4}), "casting").fits);
-  EXPECT_FALSE(checked(block({0, 0, 2}, {100, 80, 4}), "casting").fits);
+  EXPECT_TRUE(checked(block({0, 0, 2}, {60, 100, 4}, 1), "casting").fits);
+  EXPECT_TRUE(checked(block({0, 0, 2}, {100, 60, 4}, 1), "casting").fits);
+  EXPECT_FALSE(checked(block({0, 0, 2}, {100, 80, 4}, 1), "casting").fits);
 }
 
 TEST(PrintCheck, WithoutClayIsAnError) {
