@@ -50,6 +50,8 @@ constexpr std::array kBenchmarks = {
     Benchmark{.name = "costs", .run = benchCosts},
     Benchmark{.name = "pairs", .run = benchPairs, .byDefault = false},
     Benchmark{.name = "plugins", .run = benchPlugins, .byDefault = false},
+    Benchmark{.name = "print", .run = benchPrint, .byDefault = false},
+    Benchmark{.name = "looks", .run = benchLooks, .byDefault = false},
     Benchmark{.name = "tradeoff", .run = benchTradeoff, .byDefault = false},
     Benchmark{.name = "stability", .run = benchStability, .byDefault = false, .draws = true},
 };

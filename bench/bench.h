@@ -121,6 +121,8 @@ void benchExtremes(BenchReport& report, const BenchOptions& options);
 void benchPairs(BenchReport& report, const BenchOptions& options);
 void benchCosts(BenchReport& report, const BenchOptions& options);
 void benchPlugins(BenchReport& report, const BenchOptions& options);
+void benchPrint(BenchReport& report, const BenchOptions& options);
+void benchLooks(BenchReport& report, const BenchOptions& options);
 void benchTradeoff(BenchReport& report, const BenchOptions& options);
 
 }  // namespace argil::bench

@@ -85,12 +85,14 @@ void benchPlugins(BenchReport& report, const BenchOptions& options) {
   Surface surface;
   (void)surface.update(model.version);
   const Vec3d centre = model.version.grid().toVoxel(Vec3d(3, 5, 7));
-  // Up to 10 voxels the built-in smoothing takes the very mean that is written down in the others; beyond, wider ones.
+  // Up to 10 voxels the built-in smoothing takes the mean that the formula and the library have written down; at 20 that
+  // of wide-mean, which is its transcription there; beyond, wider ones.
   for (const double radius : {10.0, 20.0, 60.0}) {
     std::vector<Way> ways;
     ways.push_back({"built-in", Brush::of(Method::smooth), {}, {}});
     ways.push_back({"formula", byFormula("phi + weight * (mean - phi)"), {}, {}});
     ways.push_back({"library", byPlugin(options.folder / "soften.argil-plugin"), {}, {}});
+    ways.push_back({"wide-mean", byPlugin(options.folder / "wide-mean.argil-plugin"), {}, {}});
     ways.push_back({"clay-strips", byPlugin(options.folder / "clay-strips.argil-plugin"), {}, {}});
     report.heading(fmt::format("Smoothing, {}, radius {:g} voxels, {} threads", model.name, radius, threads));
     std::mt19937_64 random(5);

@@ -45,7 +45,7 @@ endfunction()
 # build folder.
 function(argil_tests kind module)
   cmake_parse_arguments(TESTS "" "PARTS" "LIBRARIES;UNDER" ${ARGN})
-  file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/${kind}/${module}/*.cpp)
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/${kind}/${module}/*.cpp)
   if(NOT sources)
     return()
   endif()

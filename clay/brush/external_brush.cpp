@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <cfloat>
 #include <cmath>
 #include <cstring>
 #include <iterator>
@@ -11,6 +10,7 @@
 
 #include "clay/base/error.h"
 #include "clay/brush/brush_method.h"
+#include "clay/kernels/brush_kernels.h"
 #include "clay/store/brick_margins.h"
 
 namespace argil::clay {
@@ -63,7 +63,7 @@ class ByWorker : public DistanceMethod {
   // Of the application: bricks that hold some surface, and what they become.
   std::vector<Coord> bricks_;
   std::vector<Values> made_;
-  std::vector<std::array<uint64_t, kBrickVoxels / 64>> covered_;  // of a batch: voxels with a weight
+  std::vector<Values> weights_;  // of a batch
 };
 
 void ByWorker::begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) {
@@ -77,8 +77,9 @@ void ByWorker::begin(Sampler& before, std::span<const Stamp> images, std::span<c
   try {
     for (size_t from = 0; from < here.size(); from += most) {
       const auto some = std::span(here).subspan(from, std::min(most, here.size() - from));
+      worker_->begin(images, some.size());
       give(before, images, some);
-      worker_->compute(images, some.size());
+      worker_->finish();
       take(before, some, made_.data() + from);
     }
   } catch (...) {
@@ -90,30 +91,32 @@ void ByWorker::begin(Sampler& before, std::span<const Stamp> images, std::span<c
 
 void ByWorker::give(Sampler& before, std::span<const Stamp> images, std::span<const Coord> some) {
   const int margin = brush_->external->margin();
-  covered_.resize(some.size());
+  weights_.resize(some.size());
+  const bool alone = threads_ == 1;  // one after the other, in order
   forBrickRanges(some.size(), threads_, [&](size_t begin, size_t end) {
     Sampler mine = before;
+    // Memory that another process reads costs as much as is written to it, however often a line of it is touched.
+    alignas(64) float phi[kBroadSize] = {};
     for (size_t i = begin; i < end; ++i) {
       const BrickWorker::Place place = worker_->place(i);
       const std::array<int32_t, 3> coord{some[i].x, some[i].y, some[i].z};
       std::memcpy(place.coord, coord.data(), sizeof coord);
+      const float* given = phi;
       BrickValues scratch;
       if (margin == 0)
-        std::memcpy(place.phi, mine.slot(some[i]).values(scratch, band_), sizeof scratch);
+        given = mine.slot(some[i]).values(scratch, band_);
       else if (margin == 1)
-        gatherPadded(mine, some[i], place.phi);
+        gatherPadded(mine, some[i], phi);
       else
-        gatherBroad(mine, some[i], margin, place.phi);
-      float weight[kBrickVoxels];
+        gatherBroad(mine, some[i], margin, phi);
+      std::memcpy(place.phi, given, static_cast<size_t>(brickLayout(margin).floats) * sizeof(float));
+      float(&weight)[kBrickVoxels] = weights_[i].of;
       brushWeights(*brush_, operation_.shape, images, some[i], weight);
       std::memcpy(place.weight, weight, sizeof weight);
-      for (size_t word = 0; word < covered_[i].size(); ++word) {
-        uint64_t bits = 0;
-        for (size_t bit = 0; bit < 64; ++bit) bits |= uint64_t{weight[word * 64 + bit] > 0} << bit;
-        covered_[i][word] = bits;
-      }
+      if (alone) worker_->written(i + 1);
     }
   });
+  worker_->written(some.size());
 }
 
 void ByWorker::take(Sampler& before, std::span<const Coord> some, Values* to) const {
@@ -123,14 +126,7 @@ void ByWorker::take(Sampler& before, std::span<const Coord> some, Values* to) co
     std::memcpy(made, worker_->result(i), sizeof made);
     std::atomic_signal_fence(std::memory_order_seq_cst);  // read once: whoever computed it may go on writing
     BrickValues scratch;
-    const float* values = before.slot(some[i]).values(scratch, band_);
-    for (int v = 0; v < kBrickVoxels; ++v) {
-      const float change = made[v] - values[v];
-      const bool covered = ((covered_[i][static_cast<size_t>(v >> 6)] >> (v & 63)) & 1) != 0;
-      const bool counts = covered && std::abs(values[v]) < band_;
-      finite = finite && (!counts || std::abs(change) <= FLT_MAX);
-      made[v] = counts ? values[v] + std::min(std::max(change, -kMost), kMost) : values[v];
-    }
+    finite = boundChange(before.slot(some[i]).values(scratch, band_), weights_[i].of, band_, kMost, made) && finite;
   }
   if (!finite) worker_->failResult();
 }

@@ -18,15 +18,20 @@ class BrickWorker {
 
   /// Bricks that one batch may have.
   [[nodiscard]] virtual size_t most() const = 0;
-  /// Where what it reads of a brick of the next batch is to be written. Any thread.
+  /// A batch of so many bricks begins; what it reads of them is written from then on. Throws Error: then the stroke
+  /// does nothing any more; so do the calls below.
+  virtual void begin(std::span<const Stamp> images, size_t count) = 0;
+  /// Where what it reads of a brick of the batch is to be written. Any thread.
   struct Place {
     int32_t* coord;  ///< Three.
     float* phi;      ///< As brickLayout() has it.
     float* weight;   ///< 512.
   };
   [[nodiscard]] virtual Place place(size_t brick) = 0;
-  /// Computes that batch. Throws Error: then the stroke does nothing any more.
-  virtual void compute(std::span<const Stamp> images, size_t count) = 0;
+  /// So many bricks from the first on are written: it may compute them. From one thread at a time.
+  virtual void written(size_t count) noexcept = 0;
+  /// Returns when the batch is computed, all of which was written.
+  virtual void finish() = 0;
   /// New distances of a brick of the batch that was computed, 512. Nothing of them is believed; they may change while
   /// they are read.
   [[nodiscard]] virtual const float* result(size_t brick) const = 0;

@@ -212,6 +212,20 @@ void Smooth(const float* padded, const float* weight, float amount, float band, 
   });
 }
 
+bool Bound(const float* phi, const float* weight, float band, float most, float* made) {
+  const RowTag d;
+  const Row bound = hn::Set(d, band), up = hn::Set(d, most), down = hn::Set(d, -most), zero = hn::Zero(d);
+  auto good = hn::Eq(zero, zero);
+  for (int i = 0; i < kBrickVoxels; i += static_cast<int>(hn::Lanes(d))) {
+    const Row value = hn::LoadU(d, phi + i), change = hn::Sub(hn::LoadU(d, made + i), value);
+    const auto counts = hn::And(hn::Gt(hn::LoadU(d, weight + i), zero), hn::Lt(hn::Abs(value), bound));
+    good = hn::And(good, hn::Or(hn::IsFinite(change), hn::Not(counts)));
+    const Row moved = hn::Add(value, hn::Min(hn::Max(change, down), up));
+    hn::StoreU(hn::IfThenElse(counts, moved, value), d, made + i);
+  }
+  return hn::AllTrue(d, good);
+}
+
 void Bits(const float* phi, float band, uint64_t* bits) {
   const RowTag d;
   const Row most = hn::Set(d, band);
@@ -356,6 +370,7 @@ HWY_EXPORT(Distances);
 HWY_EXPORT(RenewNear);
 HWY_EXPORT(Start);
 HWY_EXPORT(Bits);
+HWY_EXPORT(Bound);
 HWY_EXPORT(Eikonal);
 HWY_EXPORT(Settle);
 
@@ -382,6 +397,9 @@ void ballDistances(const SweptBall& ball, float* distance) noexcept {
 }
 void renewNearDistance(const float* padded, const uint64_t* frozen, float least, float* u) noexcept {
   HWY_DYNAMIC_DISPATCH(RenewNear)(padded, frozen, least, u);
+}
+bool boundChange(const float* phi, const float* weight, float band, float most, float* made) noexcept {
+  return HWY_DYNAMIC_DISPATCH(Bound)(phi, weight, band, most, made);
 }
 void bandBits(const float* phi, float band, uint64_t* bits) noexcept {
   HWY_DYNAMIC_DISPATCH(Bits)(phi, band, bits);

@@ -38,6 +38,10 @@ inline constexpr int paddedOffset(int x, int y, int z) {
 BrickChange carveBrick(const SweptBall& ball, float band, const float* phi, FloatBrick& out) noexcept;
 BrickChange addBrick(const SweptBall& ball, float band, const float* phi, FloatBrick& out) noexcept;
 
+/// What somebody else made of a brick: where `weight` is above zero and |phi| < `band` it may differ from phi by
+/// `most`, elsewhere it becomes phi again. False where such a value is not finite; then `made` is undefined.
+bool boundChange(const float* phi, const float* weight, float band, float most, float* made) noexcept;
+
 /// The voxels of a brick with |phi| < `band`: bit y·8 + z of word x.
 void bandBits(const float* phi, float band, uint64_t* bits) noexcept;
 

@@ -151,7 +151,6 @@ WallThickness wallThickness(const TriangleMesh& mesh, const WorkPart& part, size
 
   result.points = points;
   std::vector<double> found(points);
-  std::vector<Vec3d> places(points);
   constexpr size_t kSlice = 2048;  // between two looks at the job
   for (size_t begin = 0; begin < points; begin += kSlice) {
     const size_t count = std::min(kSlice, points - begin);
@@ -164,22 +163,15 @@ WallThickness wallThickness(const TriangleMesh& mesh, const WorkPart& part, size
             const size_t t = std::min(size_t(above - area.begin()), area.size() - 1);
             const auto& [i, j, k] = mesh.triangles[t];
             const Vec3d &a = mesh.positions[i], &b = mesh.positions[j], &c = mesh.positions[k];
-            places[s] = evenPoint(a, b, c, int(s));
-            found[s] = walls.at(places[s], (b - a).cross(c - a).normalized());
+            found[s] = walls.at(evenPoint(a, b, c, int(s)), (b - a).cross(c - a).normalized());
           }
         },
         kPointsABlock);
     part.step(0.4 + 0.6 * double(begin + count) / double(points));
   }
-  std::vector<uint32_t> order;
-  for (uint32_t i = 0; i < points; ++i)
-    if (std::isfinite(found[i])) order.push_back(i);
-  std::sort(order.begin(), order.end(),
-            [&](uint32_t a, uint32_t b) { return std::pair(found[a], a) < std::pair(found[b], b); });
-  for (const uint32_t i : order) {
-    result.wallsMm.push_back(found[i]);
-    result.places.push_back(places[i]);
-  }
+  for (const double each : found)
+    if (std::isfinite(each)) result.wallsMm.push_back(each);
+  std::sort(result.wallsMm.begin(), result.wallsMm.end());
   return result;
 }
 

@@ -13,8 +13,7 @@ namespace argil::clay {
 struct WallThickness {
   /// Where there is an opposite side, ascending: the inscribed ball that touches there, up to 1 % too large.
   std::vector<double> wallsMm;
-  std::vector<Vec3d> places;  ///< Of each of them, on the surface.
-  size_t points = 0;          ///< Looked at; where there is no opposite side (a convex edge, a sheet) is no wall.
+  size_t points = 0;  ///< Looked at; where there is no opposite side (a convex edge, a sheet) is no wall.
 
   /// Part of the surface, 0 to 1, that bounds walls thinner than this: voxels of that size lose them, or parts of them.
   [[nodiscard]] double shareThinner(double mm) const;

@@ -70,6 +70,12 @@ bool hasChannels(const Version& version) {
   return std::any_of(kAllChannels.begin(), kAllChannels.end(), [&](Channel channel) { return version.has(channel); });
 }
 
+std::vector<VertexPaint> brickPaint(const Version& version, const BrickMesh& mesh) {
+  if (!hasChannels(version)) return {};
+  ChannelReader<Version> clay(version);
+  return paintOf(clay, mesh);
+}
+
 void SurfacePaint::follow(const Version& version, const Surface& surface, SurfaceDelta& delta) {
   const Version before = std::exchange(version_, version);
   const bool same = before && before.store() == version.store() && before.grid() == version.grid();

@@ -28,6 +28,9 @@ struct BrickPaint {
   std::vector<VertexPaint> vertices;
 };
 
+/// What the vertices of a mesh show of their version's channels; empty where nothing is set.
+[[nodiscard]] std::vector<VertexPaint> brickPaint(const Version& version, const BrickMesh& mesh);
+
 /// Follows what the vertices of one surface show. Clay without channels costs one look a version; a stroke of paint
 /// costs the bricks that it touched and extracts nothing.
 class SurfacePaint {

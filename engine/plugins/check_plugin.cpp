@@ -54,7 +54,9 @@ class InBatches : public clay::ExternalBrush {
     Worker(std::unique_ptr<clay::BrickWorker> worker, size_t most) : worker_(std::move(worker)), most_(most) {}
     [[nodiscard]] size_t most() const override { return most_; }
     [[nodiscard]] Place place(size_t brick) override { return worker_->place(brick); }
-    void compute(std::span<const clay::Stamp> images, size_t count) override { worker_->compute(images, count); }
+    void begin(std::span<const clay::Stamp> images, size_t count) override { worker_->begin(images, count); }
+    void written(size_t count) noexcept override { worker_->written(count); }
+    void finish() override { worker_->finish(); }
     [[nodiscard]] const float* result(size_t brick) const override { return worker_->result(brick); }
     [[noreturn]] void failResult() override {
       worker_->failResult();

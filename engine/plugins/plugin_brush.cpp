@@ -9,6 +9,8 @@
 #include <cstring>
 #include <utility>
 
+#include "plugins/runner/futex.h"
+
 namespace argil::engine {
 
 namespace {
@@ -39,6 +41,11 @@ class PluginWorker : public clay::BrickWorker {
   ~PluginWorker() override {
     if (!process_) return;
     try {
+      // Of a batch that was not finished nothing is wanted.
+      if (begun_ && process_->alive()) {
+        written(count_);
+        process_->finish();
+      }
       if (process_->alive()) process_->call(plugin::Command::endStroke);
     } catch (const PluginError&) {  // the stroke is over
     }
@@ -50,8 +57,9 @@ class PluginWorker : public clay::BrickWorker {
     return {reinterpret_cast<int32_t*>(process_->window()) + 3 * brick, phi_ + brick * floats_,
             weight_ + brick * clay::kBrickVoxels};
   }
-  void compute(std::span<const clay::Stamp> images, size_t count) override {
+  void begin(std::span<const clay::Stamp> images, size_t count) override {
     plugin::Channel& shared = process_->channel();
+    count_ = count;
     shared.imageCount = static_cast<uint32_t>(images.size());
     for (size_t i = 0; i < images.size(); ++i) shared.images[i] = imageOf(images[i]);
     const clay::BrickLayout layout = clay::brickLayout(margin_);
@@ -70,10 +78,25 @@ class PluginWorker : public clay::BrickWorker {
     place.weight = at(weight_);
     place.out = at(out_);
     shared.batch = place;
-    if (!process_->limits().comparesWindow) return computeBatch();
-    const size_t before = at(out_), behind = before + count * clay::kBrickVoxels * sizeof(float);
+    shared.filled.store(0);
+    if (process_->limits().comparesWindow) return;  // it is asked once all is there
+    guarded([&] { process_->begin(plugin::Command::bricks); });
+    begun_ = true;
+  }
+  void written(size_t count) noexcept override {
+    plugin::Channel& shared = process_->channel();
+    shared.filled.store(static_cast<uint32_t>(count));
+    if (shared.sleepers.load() != 0 && count == count_) plugin::wakeAll(shared.filled);
+  }
+  void finish() override {
+    begun_ = false;
+    if (!process_->limits().comparesWindow) return guarded([&] { process_->finish(); });
+    const auto at = [&](const float* floats) {
+      return static_cast<size_t>(reinterpret_cast<const std::byte*>(floats) - process_->window());
+    };
+    const size_t before = at(out_), behind = at(out_ + count_ * clay::kBrickVoxels);
     const std::vector<std::byte> window(process_->window(), process_->window() + plugin::kWindowBytes);
-    computeBatch();
+    guarded([&] { process_->call(plugin::Command::bricks); });
     if (std::memcmp(window.data(), process_->window(), before) != 0 ||
         std::memcmp(window.data() + behind, process_->window() + behind, window.size() - behind) != 0)
       failAt(PluginFault::outside, "wrote outside of its batch and was stopped");
@@ -85,9 +108,10 @@ class PluginWorker : public clay::BrickWorker {
 
  private:
   static constexpr const char* kEnds = "; the stroke ends as it was before";
-  void computeBatch() {
+  template <class Work>
+  static void guarded(const Work& work) {
     try {
-      process_->call(plugin::Command::bricks);
+      work();
     } catch (const PluginError& error) {
       throw PluginError(error.fault(), error.what() + std::string(kEnds));
     }
@@ -135,7 +159,8 @@ class PluginWorker : public clay::BrickWorker {
   std::shared_ptr<PluginProcesses> processes_;
   std::unique_ptr<PluginProcess> process_;
   int margin_;
-  size_t most_ = 0, floats_ = 0;
+  size_t most_ = 0, floats_ = 0, count_ = 0;  // count_: bricks of the batch
+  bool begun_ = false;                        // a batch that is not finished
   float *phi_ = nullptr, *weight_ = nullptr, *out_ = nullptr;
 };
 

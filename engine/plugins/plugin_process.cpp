@@ -30,6 +30,7 @@ using Clock = std::chrono::steady_clock;
 namespace {
 
 constexpr int64_t kLookNs = 2'000'000;  // between two looks at a process that has not answered
+constexpr int64_t kSoonNs = 200'000;    // A batch of a stamp takes about that; waking up half as much.
 constexpr double kLongestLookS = 0.02;  // that counts of the time between them
 constexpr double kMakesUp = 10;         // seconds of sleep for one of computing
 
@@ -164,13 +165,16 @@ void PluginProcess::ask() {
   plugin::wakeAll(shared.asked);
 }
 
-void PluginProcess::call(plugin::Command command) {
+void PluginProcess::begin(plugin::Command command) {
   if (ended_) throw PluginError(*ended_);
-  Channel& shared = channel();
-  shared.command = command;
-  const uint32_t before = shared.answered.load();
+  channel().command = command;
+  before_ = channel().answered.load();
   ask();
-  waitFor(before, limits_.callS * threads_, limits_.silentS);
+}
+
+void PluginProcess::finish() {
+  if (ended_) throw PluginError(*ended_);
+  waitFor(before_, limits_.callS * threads_, limits_.silentS);
   requireDone();
 }
 
@@ -245,7 +249,7 @@ void PluginProcess::requireDone() {
 // added up, and only what it computed makes up for that.
 void PluginProcess::waitFor(uint32_t before, double most, double silentS, Job* job, double share) {
   Channel& shared = channel();
-  if (shared.answered.load() != before) return;
+  if (plugin::changesSoon(shared.answered, before, kSoonNs)) return;
   plugin::sleepWhile(shared.answered, before, kLookNs);
   if (shared.answered.load() != before) return;
   const double began = processorSeconds(pid());

@@ -72,7 +72,13 @@ class PluginProcess {
   void name(plugin::ThingKind kind, const std::string& thing);
   /// Has a command done. Throws PluginError when it says that it failed; when it crashed or hung, the process is gone
   /// then and every other call throws the same.
-  void call(plugin::Command command);
+  void call(plugin::Command command) {
+    begin(command);
+    finish();
+  }
+  /// The same in two: what it reads may come in between, as far as the command says so.
+  void begin(plugin::Command command);
+  void finish();
   /// The same for work that takes as long as it takes and asks for things meanwhile: `serve` answers each, and gives
   /// what Channel::result is to be; its progress is that share of the job's. What `serve` throws comes out once the
   /// process has been told to stop. Throws Cancelled; a process that does not stop within 100 ms is killed.
@@ -97,6 +103,7 @@ class PluginProcess {
     void operator()(void* memory) const;
   };
   void ask();
+  uint32_t before_ = 0;  // answers, when the last command began
   void waitFor(uint32_t before, double seconds, double silentS, Job* job = nullptr, double share = 1);
   void stop(uint32_t before);
   void requireDone();

@@ -46,12 +46,18 @@ clay::SurfaceDelta Surfaces::merge(std::vector<clay::SurfaceDelta>& deltas) {
   return merged;
 }
 
+clay::SurfaceDelta Surfaces::Followed::update(const clay::Version& to, int threads, bool keepBefore) {
+  clay::SurfaceDelta delta = surface.update(to, threads, keepBefore);
+  if (thin) thin->follow(surface, delta, threads);
+  version = to;
+  return delta;
+}
+
 class Surfaces::Prepared {
  public:
   Prepared(const clay::Version& version, int threads, clay::Grade asked)
-      : followed(std::make_unique<Followed>(asked)), grade(asked) {
-    delta = followed->surface.update(version, threads);
-    followed->version = version;
+      : followed(std::make_unique<Followed>(asked, std::nullopt)), grade(asked) {
+    delta = followed->update(version, threads);
   }
   std::unique_ptr<Followed> followed;
   clay::Grade grade;
@@ -149,7 +155,7 @@ bool Surfaces::followOne(const Piece& piece, bool stroke, int threads) {
     old = std::exchange(followed, std::move(prepared->followed));
     one.deltas.push_back(std::move(prepared->delta));
   } else if (whole) {
-    old = std::exchange(followed, std::make_unique<Followed>(grade_.load()));
+    old = std::exchange(followed, nothingYet());
   }
   if (old) letGo(std::move(old));
   if (followed->version != piece.version) {
@@ -168,15 +174,14 @@ bool Surfaces::followOne(const Piece& piece, bool stroke, int threads) {
       task.version = piece.version;
       task.whole = nothing;
       task.threads = threads;
-      task.followed = std::exchange(followed, std::make_unique<Followed>(grade_.load()));
+      task.followed = std::exchange(followed, nothingYet());
       followed->away = task.name;
       send(std::move(task));
       return false;
     }
     ownNow_ += bricks;
     ownBricks_ += bricks;
-    one.deltas.push_back(followed->surface.update(piece.version, threads));
-    followed->version = piece.version;
+    one.deltas.push_back(followed->update(piece.version, threads));
   }
   deliver(piece.id, std::move(one));
   return true;
@@ -255,8 +260,7 @@ void Surfaces::help() {
     if (task.followed) {
       try {
         // Undo of a whole-piece step, and redo, are a swap of what is kept.
-        task.delta = task.followed->surface.update(task.version, task.threads, true);
-        task.followed->version = task.version;
+        task.delta = task.followed->update(task.version, task.threads, true);
       } catch (...) {
         task.failure = std::current_exception();
         task.followed.reset();
@@ -286,6 +290,12 @@ void Surfaces::setGrade(clay::Grade grade) {
   forget();
 }
 
+void Surfaces::setThin(const std::optional<ThinLimits>& limits) {
+  if (limits == thin_) return;
+  thin_ = limits;
+  forget();
+}
+
 std::shared_ptr<Surfaces::Prepared> Surfaces::prepare(const clay::Version& version, int threads, clay::Grade grade) {
   auto one = std::make_shared<Prepared>(version, threads, grade);
   const std::lock_guard lock(mutex_);
@@ -295,6 +305,7 @@ std::shared_ptr<Surfaces::Prepared> Surfaces::prepare(const clay::Version& versi
 }
 
 std::shared_ptr<Surfaces::Prepared> Surfaces::takePrepared(const clay::Version& version, bool whole) {
+  if (thin_) return nullptr;  // what is prepared has no walls measured
   const std::lock_guard lock(mutex_);
   const auto [begin, end] = prepared_.equal_range(version.store().get());
   auto found = end;

@@ -76,6 +76,15 @@ void Workbench::setSurface(clay::Grade grade) {
                 });
 }
 
+void Workbench::showThin(const std::optional<ThinLimits>& limits) {
+  state_->post(
+      [s = state_.get(), limits] {
+        s->surfaces.setThin(limits);
+        s->surfaces.follow(*s->session->document(), 0, s->options.surfaceThreads);
+      },
+      false);
+}
+
 std::vector<Message> Workbench::takeMessages() {
   const std::lock_guard lock(state_->mutex);
   return std::exchange(state_->messages, {});

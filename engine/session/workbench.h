@@ -124,6 +124,8 @@ class Workbench {
   /// Where the vertices of all surfaces stand. Those that are there are made in the background and come whole when all
   /// are ready.
   void setSurface(clay::Grade grade);
+  /// What is thinner than this is coloured on all surfaces, from now on and while strokes go on; none: nothing is.
+  void showThin(const std::optional<ThinLimits>& limits);
   [[nodiscard]] std::vector<Message> takeMessages();
   /// A mesh that was read and is being made clay, to be shown meanwhile; null when there is none. World mm.
   [[nodiscard]] std::shared_ptr<const clay::TriangleMesh> preview() const;

@@ -110,6 +110,10 @@ struct Channel {
   uint32_t imageCount;
   argil_image images[kMostImages];
   BatchPlace batch;
+  // Bricks of the batch that are in the window already, from the first on: it is worked on while it is filled. And how
+  // many threads sleep until there are more.
+  alignas(64) std::atomic<uint32_t> filled;
+  std::atomic<uint32_t> sleepers;
 
   // Files and operations.
   Upcall upcall;

@@ -158,11 +158,22 @@ void Runner::endStroke() {
   stroke_ = nullptr;
 }
 
+void Runner::waitUntilFilled(uint32_t count) {
+  constexpr int64_t kSoonNs = 50'000;
+  for (uint32_t filled = channel_.filled.load(); filled < count; filled = channel_.filled.load()) {
+    if (changesSoon(channel_.filled, filled, kSoonNs)) continue;
+    channel_.sleepers.fetch_add(1);
+    sleepWhile(channel_.filled, filled, -1);
+    channel_.sleepers.fetch_sub(1);
+  }
+}
+
 argil_status Runner::bricks() {
   if (brush_ == nullptr) return ARGIL_FAILED;
   const BatchPlace& place = channel_.batch;
   std::atomic<argil_status> worst{ARGIL_OK};
   const auto range = [&](uint32_t from, uint32_t to) {
+    waitUntilFilled(to);
     argil_batch batch{};
     batch.size = sizeof batch;
     batch.image_count = channel_.imageCount;
@@ -178,7 +189,7 @@ argil_status Runner::bricks() {
     batch.out = window<float>(place.out) + size_t{from} * 512;
     if (const argil_status status = brush_->bricks(stroke_, &batch); status != ARGIL_OK) worst.store(status);
   };
-  constexpr uint32_t kAtLeast = 16;  // bricks that are worth a thread's while
+  constexpr uint32_t kAtLeast = 8;  // bricks that are worth a thread's while
   workers_.run(place.count, (brush_->flags & ARGIL_BRUSH_SERIAL) != 0 ? place.count : kAtLeast, range);
   return worst.load();
 }

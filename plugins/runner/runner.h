@@ -31,6 +31,7 @@ class Runner {
   // Brushes.
   argil_status beginStroke();
   argil_status bricks();
+  void waitUntilFilled(uint32_t count);
   void endStroke();
   // Files and operations.
   argil_status beginExport();

@@ -27,7 +27,7 @@ void Workers::loop() {
 void Workers::run(uint32_t count, uint32_t atLeast, const std::function<void(uint32_t, uint32_t)>& work) {
   const auto threads = static_cast<uint32_t>(threads_.size()) + 1;
   if (threads == 1 || count < 2 * atLeast) {
-    if (count > 0) work(0, count);
+    for (uint32_t from = 0; from < count; from += atLeast) work(from, std::min(from + atLeast, count));
     return;
   }
   work_ = &work;

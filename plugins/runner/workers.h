@@ -16,8 +16,8 @@ class Workers {
   /// Never: the process ends with them.
   ~Workers() = delete;
 
-  /// Calls `work(from, to)` for ranges that make up 0 to `count`, `atLeast` long, and returns when all are done. One
-  /// thread calls it.
+  /// Calls `work(from, to)` for ranges that make up 0 to `count`, `atLeast` long but for the last, and returns when all
+  /// are done. One thread calls it.
   void run(uint32_t count, uint32_t atLeast, const std::function<void(uint32_t, uint32_t)>& work);
 
  private:

@@ -14,21 +14,25 @@ std::string at(const Vec3d& p) {
   return fmt::format("({:.1f}, {:.1f}, {:.1f})", p.x(), p.y(), p.z());
 }
 
-void sayWalls(const char* what, const char* beyond, const clay::WallThickness& walls, double limit) {
-  const double share = walls.shareThinner(limit);
-  if (share > 0)
-    fmt::print("  {:<11} {:.2g} % of the surface bounds {} {} than {:g} mm; {:.2g} mm at {}\n", what, 100 * share, what,
-               beyond, limit, walls.wallsMm.front(), at(walls.places.front()));
-  else
+void sayWalls(const char* what, const char* beyond, const clay::ThinParts& walls, double limit) {
+  if (walls.parts.empty()) {
     fmt::print("  {:<11} none {} than {:g} mm\n", what, beyond, limit);
+    return;
+  }
+  fmt::print("  {:<11} {} {} than {:g} mm, {:.2g} % of the surface\n", what, walls.parts.size(), beyond, limit,
+             100 * walls.share());
+  for (size_t i = 0; i < std::min(kMostPlaces, walls.parts.size()); ++i) {
+    const clay::ThinPart& part = walls.parts[i];
+    fmt::print("              {:.2g} mm at {}, {:.3g} mm²\n", part.leastMm, at(part.atMm), part.areaMm2);
+  }
 }
 
-nlohmann::ordered_json wallsJson(const clay::WallThickness& walls, double limit) {
-  nlohmann::ordered_json json{{"limit_mm", limit}, {"share_beyond", walls.shareThinner(limit)}};
-  if (!walls.wallsMm.empty()) {
-    const Vec3d& p = walls.places.front();
-    json["least_mm"] = walls.wallsMm.front();
-    json["at_mm"] = {p.x(), p.y(), p.z()};
+nlohmann::ordered_json wallsJson(const clay::ThinParts& walls, double limit) {
+  nlohmann::ordered_json json{
+      {"limit_mm", limit}, {"share_beyond", walls.share()}, {"parts", nlohmann::ordered_json::array()}};
+  for (const clay::ThinPart& part : walls.parts) {
+    const Vec3d& p = part.atMm;
+    json["parts"].push_back({{"least_mm", part.leastMm}, {"at_mm", {p.x(), p.y(), p.z()}}, {"area_mm2", part.areaMm2}});
   }
   return json;
 }

@@ -76,6 +76,38 @@ TEST_P(PluginsInHand, OneThatCrashesInMidStrokeCostsTheStampAndWorkGoesOn) {
   (void)person.shot("plugins-after-crash");
 }
 
+TEST_P(PluginsInHand, OneThatHangsHoldsUpNoPicture) {
+  (void)badPlugin(folder(), "hang");
+  const std::string file = block();
+  {
+    RunningStudio studio(arguments(), scratch_.path());
+    Person person(studio, at().scale);
+    (void)person.settled();
+    enable(person, "test.bad.hang");
+    person.close();
+    EXPECT_EQ(studio.wait(60), 0);
+  }
+  // The longest time from one picture in motion to the next, ms.
+  const auto longestGap = [&](const std::string& tool) {
+    const std::string report = (scratch_ / (tool + ".json")).string();
+    const Saved before = saved();
+    RunningStudio studio(arguments({file, "--report", report}), scratch_.path());
+    Person person(studio, at().scale);
+    (void)person.settled();
+    byPalette(person, tool);
+    person.drag(across(), 3);
+    (void)otherClay(person, before);
+    (void)person.shot("plugins-hang-" + tool);
+    person.close();
+    EXPECT_EQ(studio.wait(60), 0);
+    return Json::parse(slurp(report))["moving_gap_ms"]["max"].get<double>();
+  };
+  const double hanging = longestGap("brush test"), carving = longestGap("carve");
+  std::printf("longest gap between pictures: %.1f ms beside a plugin that hangs, %.1f ms carving\n", hanging, carving);
+  // It hangs for a quarter of a second of its process's own time.
+  EXPECT_LT(hanging, std::max(200.0, 4 * carving));
+}
+
 INSTANTIATE_TEST_SUITE_P(All, PluginsInHand, ::testing::Values(kSmallScreen), nameOf);
 
 }  // namespace

@@ -35,7 +35,7 @@ TEST(PrintCheck, ABlockOnItsBaseHasNothingInItsWay) {
     const PrintReport report = checked(block({0, 0, 10}, {20, 16, 20}), process.id.data());
     EXPECT_EQ(report.troubles(process), 0);
     EXPECT_EQ(report.overhangMm2, 0);
-    EXPECT_NEAR(report.walls.wallsMm.front(), 16, 0.2);
+    EXPECT_NEAR(report.walls.surfaceMm2, 2 * (20 * 16 + 20 * 20 + 16 * 20), 50);
   }
   EXPECT_THROW((void)printProcess("clay"), Error);
 }
@@ -43,18 +43,22 @@ TEST(PrintCheck, ABlockOnItsBaseHasNothingInItsWay) {
 TEST(PrintCheck, ThinWallsAndNarrowGapsAreMeasuredAndShown) {
   const Version base = block({0, 0, 2}, {30, 20, 4});
   const PrintReport thin = checked(joined(base, block({5, 0, 9}, {0.6, 20, 12})), "sla");
+  ASSERT_EQ(thin.walls.parts.size(), 1u) << "both its sides are one wall";
+  const clay::ThinPart& wall = thin.walls.parts[0];
   // Where its rim is round it is thinner, by half a voxel at most.
-  EXPECT_NEAR(thin.walls.wallsMm.front(), 0.6, 0.1);
-  EXPECT_NEAR(thin.walls.places.front().x(), 5, 0.5);
-  EXPECT_GT(thin.walls.places.front().z(), 3.5);
-  // Both its sides, 12 mm high each, of all that there is.
-  EXPECT_NEAR(thin.walls.shareThinner(1), 2 * 11 * 20 / (2 * 30 * 20 + 2 * 4 * 50 + 2 * 11 * 20.0), 0.03);
+  EXPECT_NEAR(wall.leastMm, 0.6, 0.1);
+  EXPECT_NEAR(wall.atMm.x(), 5, 0.5);
+  EXPECT_GT(wall.atMm.z(), 3.5);
+  // Both its sides, 11 mm high each, of all that there is.
+  EXPECT_NEAR(wall.areaMm2, 2 * 11 * 20, 25);
+  EXPECT_NEAR(thin.walls.share(), 2 * 11 * 20 / (2 * 30 * 20 + 2 * 4 * 50 + 2 * 11 * 20.0), 0.03);
   EXPECT_EQ(thin.troubles(printProcess("sla")), 1);
   const PrintReport narrow =
       checked(joined(base, joined(block({-3, 0, 9}, {6, 20, 12}), block({3.4, 0, 9}, {6, 20, 12}))), "sla");
-  EXPECT_NEAR(narrow.gaps.wallsMm.front(), 0.4, 0.1);
-  EXPECT_NEAR(narrow.gaps.places.front().x(), 0.2, 0.5);
-  EXPECT_EQ(narrow.walls.shareThinner(1), 0);
+  ASSERT_EQ(narrow.gaps.parts.size(), 1u);
+  EXPECT_NEAR(narrow.gaps.parts[0].leastMm, 0.4, 0.1);
+  EXPECT_NEAR(narrow.gaps.parts[0].atMm.x(), 0.2, 0.5);
+  EXPECT_TRUE(narrow.walls.parts.empty());
   EXPECT_EQ(narrow.troubles(printProcess("sla")), 1);
 }
 
@@ -87,8 +91,9 @@ TEST(PrintCheck, TheBedIsLookedAtBothWays) {
   EXPECT_FALSE(checked(block({0, 0, 2}, {100, 80, 4}, 1), "casting").fits);
 }
 
-TEST(PrintCheck, WithoutClayIsAnError) {
+TEST(PrintCheck, WithoutClayOrWithLimitsOfTooManyVoxelsIsAnError) {
   EXPECT_THROW((void)checked(Version::empty(clay::Store::make(), clay::Grid{}), "sla"), Error);
+  EXPECT_THROW((void)checked(block({0, 0, 0}, {0.1, 0.1, 0.1}, 0.002), "sla"), Error);
 }
 
 }  // namespace

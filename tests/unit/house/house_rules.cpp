@@ -33,7 +33,7 @@ const std::map<std::string, std::vector<std::string>> kFloors = {
     {"clay", {"base", "kernels", "store", "field", "mesh", "surface", "import", "brush", "whole"}},
     {"haptics", {"base", "threads", "scene", "contact", "servo", "devices", "analysis"}},
     {"io", {"bytes", "records", "sandbox", "reader", "models"}},
-    {"engine", {"document", "tools", "text", "plugins", "saving", "models", "session"}},
+    {"engine", {"document", "print", "tools", "text", "plugins", "saving", "models", "session"}},
     {"render", {"view", "surface", "gpu", "renderer"}},
     {"ui3d/studio", {"view", "files", "input", "widgets", "kit", "panels"}},
 };

@@ -209,8 +209,8 @@ TEST_F(PluginsTest, WhyAToolIsNotThereIsSaid) {
 }
 
 TEST_F(PluginsTest, AnExamplePassesItsTrial) {
-  for (const char* name :
-       {"soften", "clay-strips", "formulas", "ripples", "obj-sequence", "roughen", "rail", "pebbles", "pendulum"})
+  for (const char* name : {"soften", "clay-strips", "formulas", "ripples", "obj-sequence", "roughen", "rail", "pebbles",
+                           "pendulum", "wide-mean"})
     for (const PluginCheck& check : checkPlugin(tests::examplePlugin(name))) EXPECT_EQ(check.problem, "") << check.name;
 }
 

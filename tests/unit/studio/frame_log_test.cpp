@@ -74,6 +74,21 @@ TEST(FrameLog, FramesOfPanelsAloneAreCounted) {
   EXPECT_EQ(json["frames_since_clay"], 0);
 }
 
+TEST(FrameLog, GapsBetweenPicturesInMotionAreKeptHoweverLong) {
+  FrameLog log;
+  const auto moving = [](int64_t atMs) {
+    FrameDone f = frame(atMs, 10, 0, 0);
+    f.moving = true;
+    return f;
+  };
+  for (const int64_t at : {1000, 1020, 1040}) log.add(moving(at));
+  log.add(frame(5000, 10, 0, 0));  // It rested.
+  for (const int64_t at : {9000, 9600, 9620}) log.add(moving(at));
+  const auto json = nlohmann::json::parse(log.report({}, engine::Snapshot()));
+  EXPECT_EQ(json["moving_gap_ms"]["n"], 4);
+  EXPECT_NEAR(json["moving_gap_ms"]["max"].get<double>(), 600, 1e-9);
+}
+
 TEST(FrameLog, TurnsThatAPersonNoticesAreCounted) {
   FrameLog log;
   for (int i = 0; i < 1000; ++i) log.turned(2'000'000, 1'000'000);

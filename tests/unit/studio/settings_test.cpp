@@ -39,6 +39,7 @@ TEST(Settings, ComeBackAsTheyWere) {
   state.imports = {true, 0.25};
   state.undoGiB = 0.5;
   state.surface = clay::Grade::fine;
+  state.print = {3, 0.7, 0.25, true};
   StudioState back;
   ASSERT_TRUE(applySettings(settingsText(state), back));
   EXPECT_EQ(back.theme, Theme::light);
@@ -59,6 +60,10 @@ TEST(Settings, ComeBackAsTheyWere) {
   EXPECT_EQ(back.imports, state.imports);
   EXPECT_EQ(back.undoBytes(), uint64_t{512} << 20);
   EXPECT_EQ(back.surface, clay::Grade::fine);
+  EXPECT_EQ(back.print.process, 3);
+  EXPECT_EQ(back.print.wallMm, 0.7);
+  EXPECT_EQ(back.print.gapMm, 0.25);
+  EXPECT_FALSE(back.print.shown) << "clay begins as it is";
   EXPECT_EQ(settingsText(back), settingsText(state));
 }
 

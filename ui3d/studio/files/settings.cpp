@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "engine/print/print_check.h"
 #include "ui3d/studio/view/panel_table.h"
 
 namespace argil::studio {
@@ -102,6 +103,9 @@ void eachValue(State& state, const Row& row) {
   row("import", "voxel_given", state.imports.voxelGiven);
   row("import", "voxel", state.imports.voxelMm, 0.01, 10);
   row("import", "half_memory", state.imports.halfMemory);
+  row("print", "process", state.print.process, 0, int(engine::kPrintProcesses) - 1);
+  row("print", "wall_mm", state.print.wallMm, 0.05, 20);
+  row("print", "gap_mm", state.print.gapMm, 0.05, 20);
 }
 
 struct WriteValue {

@@ -16,6 +16,7 @@
 #include "engine/document/jobs.h"
 #include "engine/models/import_place.h"
 #include "engine/plugins/plugins.h"
+#include "engine/print/print_check.h"
 #include "engine/tools/piece_cost.h"
 #include "haptics/devices/registry.h"
 #include "render/view/image.h"
@@ -100,6 +101,23 @@ struct PluginsPage {
   std::pair<std::string, bool> pressed;  ///< Id, and whether it is to be enabled.
 };
 
+/// What is known of the print of the active piece.
+struct PrintPage {
+  struct Result {
+    std::optional<engine::PrintReport> report;
+    std::string problem;
+  };
+  clay::Version seen;  ///< The clay, and since when it is that.
+  double seenAtS = 0;
+  clay::Version version;  ///< What is looked at, or was.
+  haptics::Pose pose;
+  engine::PrintProcess process;
+  std::shared_ptr<Result> result, shown;
+  engine::PrintProcess shownOf;
+  std::optional<engine::ThinLimits> told;      ///< What the workbench colours.
+  std::unique_ptr<engine::BackgroundJob> job;  ///< Last: it fills the result.
+};
+
 /// The page at the start.
 struct StartPage {
   bool wasEmpty = true;            ///< The document, in the frame before.
@@ -145,6 +163,7 @@ struct Memory {
   bool newClayOpen = false;
   NewClay newClay;
   PluginsPage plugins;
+  PrintPage print;
   std::future<engine::MachineSpeed> measuring;
   std::optional<engine::MachineSpeed> machine;
   Operation operation;
@@ -211,6 +230,8 @@ void viewPanel(Context& context, Memory& memory);
 void touchPanel(Context& context, Memory& memory);
 void qualityPanel(Context& context, Memory& memory);
 void factsPanel(Context& context, Memory& memory);
+void printPanel(Context& context, Memory& memory);
+void followPrint(Context& context, Memory& memory);  ///< In every frame, whether the panel is seen or not.
 void messagesPanel(Context& context, Memory& memory);
 
 // Dialogs over everything; each looks itself whether it is open.

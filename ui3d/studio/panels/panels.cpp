@@ -22,6 +22,7 @@ DrawPanel drawerOf(std::string_view id) {
                                    {"touch", touchPanel},
                                    {"quality", qualityPanel},
                                    {"facts", factsPanel},
+                                   {"print", printPanel},
                                    {"messages", messagesPanel}}) {
     if (name == id) return draw;
   }
@@ -155,6 +156,7 @@ void Panels::draw(Context& context) {
   memory.moves = context.state.shown.touch || ImGui::GetIO().WantTextInput || ImGui::IsAnyItemHovered() ||
                  ImGui::IsAnyItemActive();
   hear(context, memory);
+  followPrint(context, memory);
   serveWishes(context, memory);
   kit::beginFrame();
   fold(context.state);

@@ -69,6 +69,8 @@ class FrameLog {
   std::vector<int64_t> ends_, begins_;  // Of every frame, to count between sample and screen.
   std::vector<double> sampleBegun_;     // Frames begun after a sample until the one that shows it.
   std::vector<double> frameMs_, movingMs_, intervalMs_, sampleMs_, sampleFrames_;
+  std::vector<double> gapMs_;  // From one picture in motion to the next, however long it took.
+  bool wasMoving_ = false;
   haptics::Histogram turns_, coreTurns_;
   uint64_t stalls_ = 0, coreStalls_ = 0;
   int64_t lastMovingNs_ = 0;

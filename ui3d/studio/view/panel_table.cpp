@@ -20,6 +20,8 @@ constexpr std::array kPanels{
     PanelRow{"quality", "Quality", "Speed against looks, and what each costs.", "quality", "F8", Dock::lower,
              &P::quality},
     PanelRow{"facts", "Document", "Sizes and costs of what is open.", "facts", "F9", Dock::lower, &P::facts},
+    PanelRow{"print", "Print check", "What stands in the way of printing the piece.", "print", "F12", Dock::lower,
+             &P::print},
     PanelRow{"messages", "Messages", "What was said since the start.", "messages", "F10", Dock::lower, &P::messages},
     PanelRow{"exporting", "Export", "Writes the clay for printers and other programs.", "export", "", Dock::middle,
              &P::exporting},

@@ -26,8 +26,8 @@ enum class GizmoMode : uint8_t { none, move, rotate, scale };
 /// Panels that can be shown and hidden.
 struct PanelsShown {
   bool tools = true, settings = true, things = true, history = false, view = false, touch = false, quality = false,
-       facts = false, messages = false, exporting = false, palette = false, firstStart = true, shortcuts = false,
-       preferences = false, plugins = false;
+       facts = false, print = false, messages = false, exporting = false, palette = false, firstStart = true,
+       shortcuts = false, preferences = false, plugins = false;
 };
 
 /// What the window measured; shown in panels and written by --report.
@@ -67,6 +67,13 @@ struct ImportChoice {
   friend bool operator==(const ImportChoice&, const ImportChoice&) = default;
 };
 
+/// How the clay is to be printed.
+struct PrintChoice {
+  int process = 0;  ///< Of engine::printProcesses().
+  double wallMm = 1, gapMm = 0.5;
+  bool shown = false;  ///< What is thinner is coloured.
+};
+
 struct StudioState {
   // In hand
   std::string toolId = "carve";
@@ -101,6 +108,7 @@ struct StudioState {
   haptics::Workspace workspace;
   haptics::Quality touchQuality;
   bool showWorkspaceBox = false;
+  PrintChoice print;
 
   // Panels
   PanelsShown shown;

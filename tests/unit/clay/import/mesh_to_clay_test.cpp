@@ -8,8 +8,8 @@
 #include "clay/base/memory_guard.h"
 #include "clay/mesh/winding_number.h"
 #include "clay/store/store.h"
-#include "clay_checks.h"
-#include "test_meshes.h"
+#include "tests/unit/clay/clay_checks.h"
+#include "tests/unit/clay/test_meshes.h"
 
 namespace argil::clay {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "test_meshes.h"
+#include "tests/unit/clay/test_meshes.h"
 
 namespace argil::clay {
 namespace {

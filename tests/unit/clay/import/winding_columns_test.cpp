@@ -4,7 +4,7 @@
 
 #include "clay/import/mesh_repair.h"
 #include "clay/mesh/winding_number.h"
-#include "test_meshes.h"
+#include "tests/unit/clay/test_meshes.h"
 
 namespace argil::clay {
 namespace {

@@ -1,0 +1,95 @@
+// argil bench print: checks of a print, whole and after a stroke, beside walls measured on the mesh with a search tree.
+
+#include <fmt/format.h>
+
+#include <random>
+#include <vector>
+
+#include "bench/bench.h"
+#include "bench/models.h"
+#include "clay/brush/brush.h"
+#include "clay/mesh/wall_thickness.h"
+#include "clay/store/store.h"
+#include "clay/surface/surface.h"
+#include "clay/surface/wall_map.h"
+#include "engine/print/print_check.h"
+#include "engine/saving/session.h"
+
+namespace argil::bench {
+
+namespace {
+
+using namespace clay;
+
+constexpr int kDabs = 200;
+constexpr int kRuns = 5;
+constexpr double kLimitVoxels = 10;
+constexpr size_t kPeerPoints = 20000;
+
+// What carving strokes of one stamp cost the map that colours thin walls.
+void strokes(BenchReport& report, const BenchOptions& options, const BenchModel& model, double radius, int threads) {
+  Surface surface;
+  WallMap map(kLimitVoxels, kLimitVoxels);
+  map.follow(surface.update(model.version), threads);
+  const Vec3d centre = model.version.grid().toVoxel(Vec3d(3, 5, 7));
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  Samples map_, surface_;
+  Version version = model.version;
+  for (int i = 0; i < kDabs; ++i) {
+    if (options.job) options.job->step(0);
+    const Vec3d at = centre + Vec3d(normal(random), normal(random), normal(random)).normalized() * model.radiusVoxels;
+    BrushStroke stroke(version, Brush::of(Method::carve));
+    stroke.apply({at, at, radius});
+    version = stroke.finish();
+    const Stopwatch drawn;
+    const SurfaceDelta delta = surface.update(version, threads);
+    surface_.add(drawn.us());
+    const Stopwatch measured;
+    map.follow(delta, threads);
+    map_.add(measured.us());
+  }
+  BenchResult result = map_.result(fmt::format("print/stroke/r{:g}/{}", radius, model.name));
+  result.threads = threads;
+  result.peer = surface_.median();
+  result.peerName = "the surface";
+  result.note =
+      fmt::format("walls and gaps up to {:g} voxels; the surface itself {:.0f} us", kLimitVoxels, surface_.median());
+  report.add(result);
+}
+
+}  // namespace
+
+void benchPrint(BenchReport& report, const BenchOptions& options) {
+  const int threads = options.threads > 0 ? options.threads : engine::Session::strokeThreads();
+  report.heading(fmt::format("A ball of 40 mm, and a shell of it, {} threads", threads));
+  for (const double millions : benchSizes(std::min(options.largest, 12.0))) {
+    const BenchModel model = benchSphere(millions);
+    engine::PrintProcess process = engine::printProcess("sla");
+    process.wallMm = process.gapMm = kLimitVoxels * model.version.grid().voxelMm;
+    Samples whole, peer;
+    for (int i = 0; i < kRuns; ++i) {
+      const Stopwatch watch;
+      (void)engine::checkPrint(model.version, {}, process, options.job);
+      whole.add(watch.us());
+    }
+    Surface surface(false);
+    (void)surface.update(model.version);
+    const TriangleMesh mesh = surface.toMesh();
+    const Stopwatch watch;
+    (void)wallThickness(mesh, WorkPart(options.job), kPeerPoints, threads);
+    peer.add(watch.us());
+    BenchResult result = whole.result("print/whole/" + model.name);
+    result.triangles = mesh.triangles.size();
+    result.threads = threads;
+    result.peer = peer.median();
+    result.peerName = "walls alone, of 20 000 points of the mesh";
+    result.ratio = peer.median() / whole.median();
+    result.note =
+        fmt::format("all checks, at each of {:.2f} M vertices", static_cast<double>(surface.vertexCount()) / 1e6);
+    report.add(result);
+    for (const double radius : {12.0, 50.0}) strokes(report, options, model, radius, threads);
+  }
+}
+
+}  // namespace argil::bench

@@ -1,0 +1,73 @@
+/* A brush: every voxel goes towards a mean of the seven voxels along each axis, all the way for tips of 22 voxels: a
+ * mean's reach (the sum of its squared distances) then grows as the square of the tip's radius, up to what the margin
+ * of four voxels allows. */
+#include "argil_plugin.h"
+
+#define FINE_RADIUS 10.0 /* Voxels: a tip as small smooths as far as the nearest neighbours' mean. */
+
+static void* begin(const argil_stroke* stroke) {
+  static float amounts[2] = {1, -1};
+  return &amounts[stroke->amount < 0];
+}
+
+/* 1 2 3 4 3 2 1 along an axis: sums are 16 times the mean. */
+static float across(const float* p, uint32_t step) {
+  return 4 * p[3 * step] + 3 * (p[2 * step] + p[4 * step]) + 2 * (p[step] + p[5 * step]) + (p[0] + p[6 * step]);
+}
+
+/* How much of the mean the largest tip wants. */
+static float share(const argil_batch* batch) {
+  double radius = FINE_RADIUS;
+  for (uint32_t i = 0; i < batch->image_count; ++i) {
+    if (batch->images[i].radius > radius) radius = batch->images[i].radius;
+    if (batch->images[i].end_radius > radius) radius = batch->images[i].end_radius;
+  }
+  const double wanted = 0.5 * (radius / FINE_RADIUS) * (radius / FINE_RADIUS), reached = 2.5;
+  return wanted < reached ? (float)(wanted / reached) : 1;
+}
+
+ARGIL_EVERY_CPU static argil_status bricks(void* stroke, const argil_batch* batch) {
+  const float amount = *(const float*)stroke * share(batch);
+  for (uint32_t n = 0; n < batch->count; ++n) {
+    /* From three voxels before the brick on. */
+    const float* phi = batch->phi + (uint64_t)n * batch->brick + batch->plane + batch->row + 1;
+    const float* weight = batch->weight + n * 512;
+    float* out = batch->out + n * 512;
+    float z1[14][14][8], y1[14][8][8];
+    for (uint32_t x = 0; x < 14; ++x)
+      for (uint32_t y = 0; y < 14; ++y)
+        for (uint32_t z = 0; z < 8; ++z) z1[x][y][z] = across(phi + x * batch->plane + y * batch->row + z, 1);
+    for (uint32_t x = 0; x < 14; ++x)
+      for (uint32_t y = 0; y < 8; ++y)
+        for (uint32_t z = 0; z < 8; ++z) y1[x][y][z] = across(&z1[x][y][z], 8);
+    for (uint32_t x = 0; x < 8; ++x)
+      for (uint32_t y = 0; y < 8; ++y)
+        for (uint32_t z = 0; z < 8; ++z) {
+          const uint32_t v = x * 64 + y * 8 + z;
+          const float here = phi[(x + 3) * batch->plane + (y + 3) * batch->row + z + 3];
+          const float mean = across(&y1[x][y][z], 64) * (1.0f / 4096);
+          out[v] = here + weight[v] * amount * (mean - here);
+        }
+  }
+  return ARGIL_OK;
+}
+
+static const argil_brush smooth = {
+    sizeof(argil_brush), ARGIL_LEAVES_VALUES, "org.argil.wide-mean.smooth", 4, 0, 0, begin, bricks, 0};
+
+static argil_status init(const argil_host* host) {
+  (void)host;
+  return ARGIL_OK;
+}
+static void deinit(void) {}
+static const void* get(const char* kind, uint32_t index) {
+  for (const char *a = kind, *b = ARGIL_BRUSH_1; *a || *b; ++a, ++b)
+    if (*a != *b) return 0;
+  return index == 0 ? &smooth : 0;
+}
+
+const argil_plugin* argil_plugin_1(void) {
+  static const argil_plugin plugin = {
+      sizeof(argil_plugin), ARGIL_PLUGIN_MINOR, "org.argil.wide-mean", "1.0.0", init, deinit, get};
+  return &plugin;
+}

@@ -1,0 +1,66 @@
+// `argil inspect --print`: what stands in the way of printing, in words and as JSON.
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tests/e2e/support/command.h"
+
+namespace argil::tests {
+namespace {
+
+using nlohmann::json;
+
+class PrintCheck : public ::testing::Test {
+ protected:
+  std::string sculpted(const std::string& setup) {
+    std::ofstream(scratch_ / "script.json")
+        << R"({"argil": 1, "units": "mm", "setup": [{"voxel_mm": 0.25}, )" << setup << R"(], "strokes": []})";
+    const fs::path file = scratch_ / "clay.argil";
+    const Outcome o = argil({"sculpt", (scratch_ / "script.json").string(), "-o", file.string()});
+    EXPECT_EQ(o.code, 0) << o.err;
+    return file.string();
+  }
+  Scratch scratch_;
+};
+
+TEST_F(PrintCheck, ASoundPieceHasNothingInItsWay) {
+  const std::string file = sculpted(R"({"block": {"size_mm": [20, 20, 10]}})");
+  const Outcome said = argil({"inspect", file, "--print", "fdm"});
+  EXPECT_EQ(said.code, 0) << said.err;
+  EXPECT_NE(said.out.find("nothing stands in the way"), std::string::npos) << said.out;
+}
+
+TEST_F(PrintCheck, AThinPlateIsToldWithItsPlace) {
+  const std::string file = sculpted(R"({"block": {"size_mm": [20, 20, 0.6]}})");
+  const Outcome said = argil({"inspect", file, "--print", "sla", "--json"});
+  ASSERT_EQ(said.code, 0) << said.err;
+  const json print = json::parse(said.out)["pieces"][0]["print"];
+  ASSERT_EQ(print["walls"]["parts"].size(), 1u);
+  EXPECT_NEAR(print["walls"]["parts"][0]["least_mm"].get<double>(), 0.6, 0.13);
+  EXPECT_NEAR(print["walls"]["parts"][0]["area_mm2"].get<double>(), 800, 60);
+  EXPECT_EQ(print["troubles"], 1);
+  // A limit of one's own.
+  const Outcome own = argil({"inspect", file, "--print", "sla", "--wall", "0.4", "--json"});
+  EXPECT_EQ(json::parse(own.out)["pieces"][0]["print"]["troubles"], 0);
+}
+
+TEST_F(PrintCheck, BadWordsAreOneLine) {
+  const std::string file = sculpted(R"({"block": {"size_mm": [20, 20, 10]}})");
+  for (const std::vector<std::string>& words :
+       std::vector<std::vector<std::string>>{{"--print", "clay"},
+                                             {"--wall", "1"},
+                                             {"--print", "sla", "--wall", "-1"},
+                                             {"--print", "sla", "--wall", "100"}}) {
+    std::vector<std::string> all{"inspect", file};
+    all.insert(all.end(), words.begin(), words.end());
+    const Outcome said = argil(all);
+    EXPECT_EQ(said.code, 2) << said.out;
+    EXPECT_EQ(std::count(said.err.begin(), said.err.end(), '\n'), 1) << said.err;
+  }
+}
+
+}  // namespace
+}  // namespace argil::tests

@@ -1,0 +1,166 @@
+// What stands in the way of printing the active piece: looked for beside the studio whenever the clay has rested.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "clay/base/error.h"
+#include "ui3d/studio/kit/theme.h"
+#include "ui3d/studio/panels/memory.h"
+#include "ui3d/studio/view/camera.h"
+
+namespace argil::studio {
+namespace {
+
+using engine::PrintProcess;
+using engine::PrintReport;
+
+constexpr double kRestS = 0.4;      // of the clay, before it is looked at
+constexpr size_t kMostPlaces = 12;  // of a kind that are listed
+constexpr double kLookMm = 6;       // around a place that the camera goes to
+
+PrintProcess processOf(const PrintChoice& choice) {
+  PrintProcess process = engine::printProcesses()[size_t(choice.process)];
+  process.wallMm = choice.wallMm;
+  process.gapMm = choice.gapMm;
+  return process;
+}
+
+bool alike(const PrintProcess& a, const PrintProcess& b) {
+  return a.id == b.id && a.wallMm == b.wallMm && a.gapMm == b.gapMm;
+}
+bool alike(const haptics::Pose& a, const haptics::Pose& b) {
+  return a.translation == b.translation && a.rotation.coeffs() == b.rotation.coeffs();
+}
+
+// Begins anew when something else is to be looked at; what is under way then is not waited for.
+void follow(const Context& context, Memory& memory, const engine::Piece& piece, const PrintProcess& process) {
+  PrintPage& page = memory.print;
+  if (page.seen != piece.version) {
+    page.seen = piece.version;
+    page.seenAtS = context.timeS;
+  }
+  if (page.version == piece.version && alike(page.pose, piece.pose) && alike(page.process, process)) return;
+  if (context.timeS - page.seenAtS < kRestS) return;
+  if (page.job) {
+    page.job->job().cancel();
+    memory.ending.push_back(std::move(page.job));
+  }
+  page.version = piece.version;
+  page.pose = piece.pose;
+  page.process = process;
+  page.result = std::make_shared<PrintPage::Result>();
+  page.job = std::make_unique<engine::BackgroundJob>(
+      [result = page.result, version = piece.version, pose = piece.pose, process](Job& job) {
+        try {
+          result->report = engine::checkPrint(version, pose, process, &job);
+        } catch (const Cancelled&) {
+          throw;
+        } catch (const std::exception& error) {
+          result->problem = error.what();
+        }
+      });
+}
+
+// A line of a list, which takes the camera there.
+void place(Context& context, const Vec3d& atMm, const std::string& words) {
+  ImGui::PushID(ImGui::GetID("place"));
+  ImGui::PushID(int(ImGui::GetCursorPosY()));
+  if (kit::button(words, kit::Weight::plain, -1)) {
+    render::Box box;
+    box.min = atMm - Vec3d::Constant(kLookMm);
+    box.max = atMm + Vec3d::Constant(kLookMm);
+    context.camera.focus(box, double(context.width) / double(context.height));
+  }
+  kit::tooltip("Look at it.");
+  ImGui::PopID();
+  ImGui::PopID();
+}
+
+void thin(Context& context, std::string_view name, std::string_view none, const clay::ThinParts& found) {
+  if (found.parts.empty()) return kit::fact(name, none);
+  kit::fact(name, fmt::format("{} · {:.2g} % of the surface", found.parts.size(), 100 * found.share()),
+            colours().warning);
+  for (size_t i = 0; i < std::min(kMostPlaces, found.parts.size()); ++i) {
+    const clay::ThinPart& part = found.parts[i];
+    place(context, part.atMm, kit::written(part.leastMm) + " mm, " + kit::written(part.areaMm2) + " mm²");
+  }
+}
+
+void list(Context& context, const PrintProcess& process, const PrintReport& report) {
+  const Colours& c = colours();
+  thin(context, "Thin walls", "none", report.walls);
+  thin(context, "Narrow gaps", "none", report.gaps);
+  if (process.needsSupport) {
+    kit::fact("Overhangs", report.overhangMm2 > 0 ? kit::written(report.overhangMm2) + " mm²" : "none",
+              report.overhangMm2 > 0 ? c.warning : 0);
+    const auto& islands = report.slices.islands;
+    kit::fact("Islands", islands.empty() ? "none" : std::to_string(islands.size()), islands.empty() ? 0 : c.warning);
+    for (size_t i = 0; i < std::min(kMostPlaces, islands.size()); ++i)
+      place(context, islands[i].at,
+            islands[i].aloneMm > 0 ? "alone for " + kit::written(islands[i].aloneMm) + " mm" : "a body of its own");
+  }
+  size_t counted = 0;
+  for (const clay::Trap& trap : report.slices.traps) counted += trap.closed || process.holdsLiquid;
+  kit::fact("Hollows that stay full", counted == 0 ? "none" : std::to_string(counted), counted == 0 ? 0 : c.warning);
+  size_t listed = 0;
+  for (const clay::Trap& trap : report.slices.traps)
+    if ((trap.closed || process.holdsLiquid) && ++listed <= kMostPlaces)
+      place(context, trap.at, kit::written(trap.volumeMm3) + " mm³, " + (trap.closed ? "closed" : "open above"));
+  const Vec3d size = report.highMm - report.lowMm, &bed = process.bedMm;
+  kit::fact("Bed", report.fits ? "it fits" : "it does not fit", report.fits ? 0 : c.warning);
+  kit::wrapped(fmt::format("{} × {} × {} mm on {} × {} × {}", kit::written(size.x()), kit::written(size.y()),
+                           kit::written(size.z()), kit::written(bed.x()), kit::written(bed.y()), kit::written(bed.z())),
+               c.dim);
+}
+
+}  // namespace
+
+void printPanel(Context& context, Memory& memory) {
+  PrintChoice& choice = context.state.print;
+  std::array<std::string_view, engine::kPrintProcesses> names;
+  for (size_t i = 0; i < names.size(); ++i) names[i] = engine::printProcesses()[i].name;
+  if (kit::choice("Printed in", names, choice.process, "Each way to print has its own limits.")) {
+    choice.wallMm = engine::printProcesses()[size_t(choice.process)].wallMm;
+    choice.gapMm = engine::printProcesses()[size_t(choice.process)].gapMm;
+  }
+  const PrintProcess& standard = engine::printProcesses()[size_t(choice.process)];
+  kit::number({"wall", "Walls", "Thinner ones break or are not made.", "mm", 0.05, 20, standard.wallMm, true},
+              choice.wallMm);
+  kit::number({"gap", "Gaps", "Narrower ones are filled.", "mm", 0.05, 20, standard.gapMm, true}, choice.gapMm);
+  kit::toggle("Show on the clay", choice.shown,
+              "Thin walls red to yellow, narrow gaps violet to blue, as the clay is worked on.");
+
+  kit::heading("In its way");
+  PrintPage& page = memory.print;
+  const engine::Document& document = *context.now.document;
+  const auto piece = std::find_if(document.pieces.begin(), document.pieces.end(),
+                                  [&](const engine::Piece& each) { return each.id == document.active; });
+  if (piece == document.pieces.end() || !piece->version || piece->version.stats().bricks == 0)
+    return kit::wrapped("There is no clay to look at.", colours().dim);
+  const PrintProcess process = processOf(choice);
+  follow(context, memory, *piece, process);
+  if (page.job && page.job->done()) {
+    page.shown = page.result;
+    page.shownOf = page.process;
+    page.job.reset();
+  }
+  if (page.job || page.version != piece->version) kit::dimText("Looking…");
+  if (!page.shown) return;
+  if (!page.shown->problem.empty()) return kit::wrapped(kit::sentence(page.shown->problem), colours().warning);
+  if (page.shown->report) list(context, page.shownOf, *page.shown->report);
+}
+
+void followPrint(Context& context, Memory& memory) {
+  const PrintPage& page = memory.print;
+  if (context.state.shown.print)  // there is something to come
+    memory.moves = memory.moves || page.job || context.timeS - page.seenAtS < 2 * kRestS;
+  const PrintChoice& choice = context.state.print;
+  std::optional<engine::ThinLimits> limits;
+  if (choice.shown) limits = engine::ThinLimits{choice.wallMm, choice.gapMm};
+  if (limits == memory.print.told || ImGui::IsMouseDown(ImGuiMouseButton_Left)) return;  // a drag goes on
+  context.bench.showThin(memory.print.told = limits);
+}
+
+}  // namespace argil::studio
