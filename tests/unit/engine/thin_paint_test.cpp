@@ -1,0 +1,155 @@
+// Thin walls and narrow gaps as colours: as a picture has them after every stroke, beside a fresh measure of the clay.
+
+#include "engine/print/thin_paint.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+
+#include "clay/brush/brush.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "clay/surface/vertex_channels.h"
+#include "clay/whole/boolean.h"
+#include "engine/session/surfaces.h"
+
+namespace argil::engine {
+namespace {
+
+using clay::Combination;
+using clay::Version;
+
+constexpr double kVoxel = 0.25;
+
+Version block(const Vec3d& middle, const Vec3d& edges) {
+  clay::Grid grid;
+  grid.voxelMm = kVoxel;
+  return clay::makeBlock(clay::Store::make(), grid, middle, edges, 0);
+}
+
+// What a renderer has.
+class Painted {
+ public:
+  void take(Surfaces& surfaces) {
+    for (const SurfaceChange& change : surfaces.take().pieces) {
+      if (change.whole || change.removed) bricks_.clear(), paint_.clear();
+      for (const clay::BrickMeshPtr& mesh : change.delta.changed) {
+        const auto was = bricks_.find(mesh->brick);
+        // Other vertices have nothing set until it is said.
+        if (was == bricks_.end() || was->second->vertexSerial != mesh->vertexSerial) paint_.erase(mesh->brick);
+        bricks_[mesh->brick] = mesh;
+      }
+      for (const auto& paint : change.delta.painted) {
+        paint_[paint->brick] = paint->vertices;
+        ++said;
+      }
+    }
+  }
+  [[nodiscard]] size_t covered() const {
+    size_t count = 0;
+    for (const auto& [brick, vertices] : paint_)
+      for (const clay::VertexPaint& each : vertices) count += each.cover > 0;
+    return count;
+  }
+  // Beside a fresh measure; of how many vertices something is thin.
+  size_t expectAsFresh(const Version& version, const ThinLimits& limits) const {
+    clay::Surface surface;
+    clay::WallMap map(limits.wallMm / kVoxel, limits.gapMm / kVoxel);
+    map.follow(surface.update(version), 1);
+    size_t thin = 0;
+    surface.forEach([&](const clay::BrickMesh& mesh) {
+      const auto walls = map.sizes(mesh.brick, clay::SideOf::wall), gaps = map.sizes(mesh.brick, clay::SideOf::gap);
+      const auto found = paint_.find(mesh.brick);
+      for (size_t i = 0; i < walls.size(); ++i) {
+        const bool isThin = std::isfinite(walls[i]) || std::isfinite(gaps[i]);
+        thin += isThin;
+        const bool shown = found != paint_.end() && i < found->second.size() && found->second[i].cover == 255;
+        ASSERT_EQ(shown, isThin) << mesh.brick.x << " " << mesh.brick.y << " " << mesh.brick.z << " " << i;
+        if (std::isfinite(walls[i])) {
+          EXPECT_GT(found->second[i].red, 200);
+        }
+      }
+    });
+    return thin;
+  }
+  size_t said = 0;
+
+ private:
+  std::map<Coord, clay::BrickMeshPtr> bricks_;
+  std::map<Coord, std::vector<clay::VertexPaint>> paint_;
+};
+
+TEST(ThinPaint, FollowsEveryStrokeAndGoesWhenItIsSwitchedOff) {
+  const ThinLimits limits{1, 0.6};
+  Document document;
+  Piece piece;
+  piece.version = clay::combine(block({0, 0, 2}, {30, 20, 4}), block({5, 0, 9}, {1.5, 20, 12}), Combination::join);
+  document.add(std::move(piece));
+  Surfaces surfaces;
+  Painted picture;
+  surfaces.follow(document, 0);
+  picture.take(surfaces);
+  EXPECT_EQ(picture.said, 0u) << "nothing is measured where nobody asks";
+  surfaces.setThin(limits);
+  surfaces.follow(document, 0);
+  picture.take(surfaces);
+  EXPECT_EQ(picture.expectAsFresh(document.pieces[0].version, limits), 0u);
+  size_t most = 0;
+  for (int i = 0; i < 12; ++i) {
+    // Along the wall's face, deeper and deeper.
+    clay::BrushStroke stroke(document.pieces[0].version,
+                             clay::Brush::of(i % 4 == 3 ? clay::Method::add : clay::Method::carve));
+    const Vec3d at = document.pieces[0].version.grid().toVoxel(Vec3d(5.75 + 2 - 0.05 * i, -8 + 1.3 * i, 9));
+    stroke.apply({at, at + Vec3d(0, 4, 0), 10, 1});
+    document.pieces[0].version = stroke.finish();
+    surfaces.follow(document, 1 + i % 2);
+    picture.take(surfaces);
+    most = std::max(most, picture.expectAsFresh(document.pieces[0].version, limits));
+  }
+  EXPECT_GT(most, 100u);
+  EXPECT_GT(picture.covered(), 0u);
+  surfaces.setThin(std::nullopt);
+  surfaces.follow(document, 0);
+  picture.take(surfaces);
+  EXPECT_EQ(picture.covered(), 0u);
+}
+
+TEST(ThinPaint, WhatIsPaintedComesBackWhereItIsThinNoMore) {
+  const ThinLimits limits{1, 0};
+  auto brush = std::make_shared<clay::Brush>();
+  brush->operations = {{clay::Property::colour, clay::Method::set}};
+  brush->colour = {10, 20, 30};
+  clay::BrushStroke painting(block({0, 0, 0}, {12, 12, 0.75}), brush);
+  painting.apply({Vec3d(0, 0, 0), Vec3d(10, 0, 0), 12, 1});
+  Version version = painting.finish();
+  clay::Surface surface;
+  ThinPaint paint(limits);
+  clay::SurfaceDelta delta = surface.update(version);
+  paint.follow(surface, delta, 1);
+  size_t thin = 0, own = 0;
+  const auto count = [&] {
+    for (const auto& each : delta.painted)
+      for (const clay::VertexPaint& vertex : each->vertices) {
+        thin += vertex.red > 200;
+        own += vertex.red == 10 && vertex.green == 20;
+      }
+  };
+  count();
+  EXPECT_GT(thin, 1000u);
+  EXPECT_EQ(own, 0u) << "all of the plate is thin but its rim, which is not painted";
+  // Thick all over: every brick that was coloured is said again, with its own colours.
+  clay::BrushStroke thicker(version, clay::Brush::of(clay::Method::add));
+  for (int x = -30; x <= 30; x += 3)
+    for (int y = -30; y <= 30; y += 3) thicker.apply({Vec3d(x, y, 3), Vec3d(x, y, 3), 7, 1});
+  version = thicker.finish();
+  delta = surface.update(version);
+  paint.follow(surface, delta, 1);
+  thin = own = 0;
+  count();
+  EXPECT_EQ(thin, 0u);
+  EXPECT_GT(own, 100u);
+}
+
+}  // namespace
+}  // namespace argil::engine
