@@ -155,7 +155,7 @@ typedef struct argil_brush {
   void* (*begin)(const argil_stroke* stroke);
   /* The new distances of some bricks of a stamp. Bricks have nothing to do with one another: what it gives for one
    * follows from that brick, the images and what begin() returned alone, so that any division into batches gives the
-   * same. At most 250 ms of processor time a call. [worker] */
+   * same; a stamp comes in several. At most 250 ms of processor time a call. [worker] */
   argil_status (*bricks)(void* stroke, const argil_batch* batch);
   /* May be null. [main] */
   void (*end)(void* stroke);

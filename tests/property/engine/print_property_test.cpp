@@ -89,7 +89,7 @@ Version with(Fault fault, Shapes& s, const PrintProcess& process, Vec3d& at) {
     }
     case Fault::gap: {
       // A slot along all of it, so that it holds nothing.
-      const double wide = s.in(2 * kVoxel, std::max(2.2 * kVoxel, 0.85 * process.gapMm)), deep = s.in(3, height - 3);
+      const double wide = s.in(2 * kVoxel, 0.85 * process.gapMm), deep = s.in(3, height - 3);
       at = {x, 0, height - deep / 2};
       return cut(base, s.block({x - wide / 2, -20, height - deep}, {x + wide / 2, 20, height + 5}));
     }
@@ -110,7 +110,7 @@ Version with(Fault fault, Shapes& s, const PrintProcess& process, Vec3d& at) {
       return join(base, s.block({x - half, y - half, at.z()}, {x + half, y + half, at.z() + 2 * half}));
     }
     default: {
-      const double out = s.in(3, 8), thick = s.in(2, 4);
+      const double out = s.in(3, 8), thick = s.in(2, height / 2 - 1.5);  // a step of the foot stays away
       at = {12 + out / 2, 0, height - thick};
       return join(base, s.block({0, -s.in(2, 4), height - thick}, {12 + out, s.in(2, 4), height}));
     }
@@ -163,7 +163,8 @@ double farOff(Fault fault, const PrintReport& report, const Vec3d& at) {
 }
 
 TEST(PrintProperty, TwoHundredSeededFaultsAreFound) {
-  const PrintProcess& process = printProcess("sla");
+  PrintProcess process = printProcess("sla");
+  process.gapMm = 0.9;  // of more than two voxels
   for (uint32_t seed = 0; seed < 204; ++seed) {
     SCOPED_TRACE(seed);
     const Fault fault = kFaults[seed % kFaults.size()];

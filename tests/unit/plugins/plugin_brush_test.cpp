@@ -370,6 +370,29 @@ TEST(PluginBrush, KilledAtAnyMoment) {
   EXPECT_GT(hit, rounds / 10) << "kills come too late";
 }
 
+// Over argil_plugin.hpp: what it throws ends the stroke with its own words.
+TEST(PluginBrush, InCPlusPlus) {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::temp_directory_path() / "cplusplus" / "smooth.argil-plugin";
+  fs::create_directories(folder / kPluginMachine);
+  fs::copy_file(fs::path(ARGIL_BAD_PLUGINS) / "bad_smooth.so", folder / kPluginMachine / "smooth.so",
+                fs::copy_options::overwrite_existing);
+  std::ofstream(folder / kPluginFile) << R"({"format": 1, "id": "test.smooth", "name": "Smooth", "version": "1.0.0",
+    "licence": "CC0-1.0", "help": "For tests.", "library": "smooth.so", "brushes": [{"id": "smooth", "name": "Smooth",
+    "help": "Smooths.", "bricks": {"margin": 1, "leaves": "values"}, "numbers": [{"id": "fails", "name": "Fails",
+    "help": "Whether.", "low": 0, "high": 1, "standard": 0}]}]})";
+  const auto external = tests::brushIn(folder);
+  const Version base = sphere(), made = stroked(base, brushOf(external, {0}));
+  EXPECT_NE(made.hash(), base.hash());
+  EXPECT_EQ(stroked(base, brushOf(external, {0}), 2, 3).hash(), made.hash());
+  try {
+    (void)stroked(base, brushOf(external, {1}));
+    FAIL();
+  } catch (const PluginError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("Smooth failed: the wind has turned"));
+  }
+}
+
 // What a mask covers stays to the bit, whatever a library gives for it.
 TEST(PluginBrush, WhatIsMaskedStays) {
   const Version base = sphere();

@@ -163,6 +163,40 @@ TEST(MeshToClay, ClosesAHoleWhereTheWindingNumberIsAHalf) {
   }
 }
 
+TEST(MeshToClay, UnitesBodiesWhoseWallsLieInPlanesOfVoxels) {
+  // A plate and two blocks that stand in it, all at whole voxels; a third beside it by a face.
+  const std::array<std::pair<Vec3d, Vec3d>, 4> boxes{{{{10, 10, 10}, {50, 40, 18}},
+                                                      {{20, 16, 12}, {30, 34, 34}},
+                                                      {{36, 20, 14}, {44, 28, 30}},
+                                                      {{50, 10, 10}, {60, 40, 18}}}};
+  TriangleMesh mesh;
+  for (const auto& [low, high] : boxes) append(mesh, box(low, high));
+  const Imported imported = import(mesh);
+  Sampler sampler(imported.version);
+  double worst = 0;
+  for (int x = 6; x < 64; ++x)
+    for (int y = 6; y < 44; ++y)
+      for (int z = 6; z < 38; ++z) {
+        // Within the union by at least half a voxel around, or outside of it by that.
+        int in = 0;
+        for (int corner = 0; corner < 8; ++corner) {
+          const Vec3d p = Vec3d(x, y, z) + 0.5 * Vec3d(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+          in += std::any_of(boxes.begin(), boxes.end(), [&](const auto& b) {
+            return (p.array() > b.first.array()).all() && (p.array() < b.second.array()).all();
+          });
+        }
+        const double phi = sampler.voxel({x, y, z});
+        if (in == 8)
+          ASSERT_LT(phi, -0.3) << x << " " << y << " " << z;
+        else if (in == 0)
+          ASSERT_GT(phi, 0.3) << x << " " << y << " " << z;
+        else
+          worst = std::max(worst, std::abs(phi));
+      }
+  EXPECT_LT(worst, 1.01);
+  EXPECT_NEAR(clayVolume(imported.version), 40 * 30 * 8 + 10 * 18 * 16 + 8 * 8 * 12 + 10 * 30 * 8, 150);
+}
+
 TEST(MeshToClay, UnitesOverlappingBodies) {
   TriangleMesh mesh = icosphere({30, 30, 30}, 15, 5);
   append(mesh, icosphere({47, 30, 30}, 12, 5));
