@@ -85,8 +85,8 @@ void benchPlugins(BenchReport& report, const BenchOptions& options) {
   Surface surface;
   (void)surface.update(model.version);
   const Vec3d centre = model.version.grid().toVoxel(Vec3d(3, 5, 7));
-  // Up to 10 voxels the built-in smoothing takes the mean that the formula and the library have written down; at 20 that
-  // of wide-mean, which is its transcription there; beyond, wider ones.
+  // Up to 10 voxels the built-in smoothing takes the mean that the formula and the library have written down; at 20 it
+  // takes that of wide-mean, its transcription there; beyond, wider ones.
   for (const double radius : {10.0, 20.0, 60.0}) {
     std::vector<Way> ways;
     ways.push_back({"built-in", Brush::of(Method::smooth), {}, {}});

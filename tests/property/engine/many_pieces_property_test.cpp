@@ -221,7 +221,8 @@ TEST(LongDay, MemoryAndCostDoNotGrowWithTheHours) {
   }
   const Quarter &first = quarters.front(), &last = quarters.back();
   EXPECT_LE(double(last.clay), 1.2 * double(first.clay));
-  EXPECT_LE(double(last.slabs), 1.2 * double(first.slabs));
+  // Slabs come by 2 MiB: one more or less is how far the thread that frees trailed at some moment.
+  EXPECT_LE(double(last.slabs), 1.2 * double(first.slabs) + double(2 << 20));
   EXPECT_LE(double(last.resident), 1.2 * double(first.resident) + 1e6);
   EXPECT_LE(double(last.bricks), 1.2 * double(first.bricks));
 }
