@@ -79,6 +79,10 @@ TEST_P(PluginsInHand, OneThatCrashesInMidStrokeCostsTheStampAndWorkGoesOn) {
 TEST_P(PluginsInHand, OneThatHangsHoldsUpNoPicture) {
   (void)badPlugin(folder(), "hang");
   const std::string file = block();
+  // As often as it can.
+  fs::create_directories(scratch_ / "argil");
+  std::ofstream(scratch_ / "argil" / "studio.json")
+      << R"({"quality":{"supersample":1,"key_shadow":false,"cavity":false,"detail":8,"frames_per_second":120}})";
   {
     RunningStudio studio(arguments(), scratch_.path());
     Person person(studio, at().scale);
@@ -87,8 +91,8 @@ TEST_P(PluginsInHand, OneThatHangsHoldsUpNoPicture) {
     person.close();
     EXPECT_EQ(studio.wait(60), 0);
   }
-  // The longest time from one picture in motion to the next, ms.
-  const auto longestGap = [&](const std::string& tool) {
+  // Times from one picture in motion to the next, ms.
+  const auto pictures = [&](const std::string& tool) {
     const std::string report = (scratch_ / (tool + ".json")).string();
     const Saved before = saved();
     RunningStudio studio(arguments({file, "--report", report}), scratch_.path());
@@ -100,10 +104,13 @@ TEST_P(PluginsInHand, OneThatHangsHoldsUpNoPicture) {
     (void)person.shot("plugins-hang-" + tool);
     person.close();
     EXPECT_EQ(studio.wait(60), 0);
-    return Json::parse(slurp(report))["moving_gap_ms"]["max"].get<double>();
+    return Json::parse(slurp(report))["moving_gap_ms"];
   };
-  const double hanging = longestGap("brush test"), carving = longestGap("carve");
-  std::printf("longest gap between pictures: %.1f ms beside a plugin that hangs, %.1f ms carving\n", hanging, carving);
+  const Json hangs = pictures("brush test"), carves = pictures("carve");
+  const double hanging = hangs["max"], carving = carves["max"];
+  std::printf(
+      "between pictures, median and most: %.1f and %.1f ms beside a plugin that hangs, %.1f and %.1f ms carving\n",
+      hangs["median"].get<double>(), hanging, carves["median"].get<double>(), carving);
   // It hangs for a quarter of a second of its process's own time.
   EXPECT_LT(hanging, std::max(200.0, 4 * carving));
 }
