@@ -65,7 +65,6 @@ void follow(const Context& context, Memory& memory, const engine::Piece& piece, 
 
 // A line of a list, which takes the camera there.
 void place(Context& context, const Vec3d& atMm, const std::string& words) {
-  ImGui::PushID(ImGui::GetID("place"));
   ImGui::PushID(int(ImGui::GetCursorPosY()));
   if (kit::button(words, kit::Weight::plain, -1)) {
     render::Box box;
@@ -75,11 +74,10 @@ void place(Context& context, const Vec3d& atMm, const std::string& words) {
   }
   kit::tooltip("Look at it.");
   ImGui::PopID();
-  ImGui::PopID();
 }
 
-void thin(Context& context, std::string_view name, std::string_view none, const clay::ThinParts& found) {
-  if (found.parts.empty()) return kit::fact(name, none);
+void thin(Context& context, std::string_view name, const clay::ThinParts& found) {
+  if (found.parts.empty()) return kit::fact(name, "none");
   kit::fact(name, fmt::format("{} · {:.2g} % of the surface", found.parts.size(), 100 * found.share()),
             colours().warning);
   for (size_t i = 0; i < std::min(kMostPlaces, found.parts.size()); ++i) {
@@ -90,8 +88,8 @@ void thin(Context& context, std::string_view name, std::string_view none, const 
 
 void list(Context& context, const PrintProcess& process, const PrintReport& report) {
   const Colours& c = colours();
-  thin(context, "Thin walls", "none", report.walls);
-  thin(context, "Narrow gaps", "none", report.gaps);
+  thin(context, "Thin walls", report.walls);
+  thin(context, "Narrow gaps", report.gaps);
   if (process.needsSupport) {
     kit::fact("Overhangs", report.overhangMm2 > 0 ? kit::written(report.overhangMm2) + " mm²" : "none",
               report.overhangMm2 > 0 ? c.warning : 0);
@@ -153,9 +151,18 @@ void printPanel(Context& context, Memory& memory) {
 }
 
 void followPrint(Context& context, Memory& memory) {
-  const PrintPage& page = memory.print;
-  if (context.state.shown.print)  // there is something to come
-    memory.moves = memory.moves || page.job || context.timeS - page.seenAtS < 2 * kRestS;
+  PrintPage& page = memory.print;
+  if (context.state.shown.print) {
+    memory.moves = memory.moves || page.job || context.timeS - page.seenAtS < 2 * kRestS;  // there is something to come
+  } else if (page.seen) {
+    // Nobody looks, and clay that is worked on no more is not kept for this.
+    if (page.job) {
+      page.job->job().cancel();
+      memory.ending.push_back(std::move(page.job));
+    }
+    page.seen = page.version = {};
+    page.result = page.shown = nullptr;
+  }
   const PrintChoice& choice = context.state.print;
   std::optional<engine::ThinLimits> limits;
   if (choice.shown) limits = engine::ThinLimits{choice.wallMm, choice.gapMm};
