@@ -8,6 +8,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "clay/base/work_part.h"
 #include "clay/kernels/wall_kernels.h"
 #include "clay/store/brick_set.h"
 #include "clay/surface/surface.h"
@@ -27,8 +28,9 @@ class WallMap {
 
   /// After one surface changed by `delta`, from all of it on: measures again in the bricks that changed and in those
   /// within the limits of them, and returns these, sorted. The result does not depend on the steps nor on `threads`.
-  /// Cost: about 0.1 µs a vertex where nothing is near, more the more there is within the limits.
-  std::vector<Coord> follow(const SurfaceDelta& delta, int threads);
+  /// Cost: about 0.1 µs a vertex where nothing is near, more the more there is within the limits. Throws Cancelled
+  /// within some 0.1 s of the job's; then the map is good for nothing any more.
+  std::vector<Coord> follow(const SurfaceDelta& delta, int threads, const WorkPart& part = WorkPart(nullptr));
 
   /// One for each vertex of the brick's mesh; empty where it has none.
   [[nodiscard]] std::span<const float> sizes(Coord brick, SideOf side) const;

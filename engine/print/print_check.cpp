@@ -64,8 +64,7 @@ PrintReport checkPrint(const clay::Version& version, const haptics::Pose& pose, 
   {
     const clay::SurfaceDelta delta = surface.update(version, kThreads);
     if (surface.quadCount() == 0) throw Error("it has no clay");
-    part.step(0.2);
-    map.follow(delta, kThreads);
+    map.follow(delta, kThreads, part.part(0.2, 0.4));
   }
   part.step(0.4);
   PrintReport report;

@@ -192,6 +192,14 @@ TEST(WallMap, ChangesAreFollowedAsIfAllWereNew) {
   EXPECT_LT(4 * again, all) << "what is far from a change is not measured again";
 }
 
+TEST(WallMap, StopsWhenItIsToldTo) {
+  Job job;
+  job.cancel();
+  Surface surface;
+  WallMap map(4, 4);
+  EXPECT_THROW(map.follow(surface.update(ball({0, 0, 0}, 10)), 1, WorkPart(&job)), Cancelled);
+}
+
 TEST(WallMap, WithoutClayThereIsNothing) {
   Measured measured(ball({0, 0, 0}, 3), 20, 20);
   EXPECT_GT(measured.found(SideOf::wall), 0u);
