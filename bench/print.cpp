@@ -8,10 +8,12 @@
 #include "bench/bench.h"
 #include "bench/models.h"
 #include "clay/brush/brush.h"
+#include "clay/field/primitives.h"
 #include "clay/mesh/wall_thickness.h"
 #include "clay/store/store.h"
 #include "clay/surface/surface.h"
 #include "clay/surface/wall_map.h"
+#include "clay/whole/boolean.h"
 #include "engine/print/print_check.h"
 #include "engine/saving/session.h"
 
@@ -90,6 +92,26 @@ void benchPrint(BenchReport& report, const BenchOptions& options) {
     report.add(result);
     for (const double radius : {12.0, 50.0}) strokes(report, options, model, radius, threads);
   }
+  // Clay that is thin everywhere.
+  const BenchModel model = benchSphere(benchSizes(options.largest).front());
+  const Grid& grid = model.version.grid();
+  const double inner = (model.radiusVoxels - 0.8 * kLimitVoxels) * grid.voxelMm;
+  const Version shell =
+      combine(model.version, makeSphere(Store::make(), grid, Vec3d(3, 5, 7), inner), Combination::cut);
+  Surface surface;
+  const SurfaceDelta delta = surface.update(shell, threads);
+  Samples times;
+  for (int i = 0; i < kRuns; ++i) {
+    WallMap map(kLimitVoxels, kLimitVoxels);
+    const Stopwatch watch;
+    map.follow(delta, threads);
+    times.add(watch.us());
+  }
+  BenchResult result = times.result("print/map/shell/" + model.name);
+  result.threads = threads;
+  result.note = fmt::format("a shell of eight voxels: {:.2f} us a vertex",
+                            times.median() / static_cast<double>(surface.vertexCount()));
+  report.add(result);
 }
 
 }  // namespace argil::bench

@@ -19,7 +19,7 @@ struct Corner {
   }
 };
 
-/// Calls visit(mesh, corners) for each quad of a brick's mesh.
+/// Calls visit(corners) for each quad of a brick's mesh.
 template <class Visit>
 void forEachQuad(const Surface& surface, const BrickMesh& mesh, const Visit& visit) {
   std::array<const BrickMesh*, 8> lower{&mesh};

@@ -104,7 +104,11 @@ TEST_P(PluginsInHand, OneThatHangsHoldsUpNoPicture) {
     (void)person.shot("plugins-hang-" + tool);
     person.close();
     EXPECT_EQ(studio.wait(60), 0);
-    return Json::parse(slurp(report))["moving_gap_ms"];
+    Json times = Json::parse(slurp(report));
+    // Of the window's thread itself, however slow the driver is: it hands pictures on and answers the hand.
+    std::printf("%s: the window's thread took %.1f ms at most, %.1f of them at work\n", tool.c_str(),
+                times["turn_ms"]["max"].get<double>(), times["turn_core_ms"]["max"].get<double>());
+    return times["moving_gap_ms"];
   };
   const Json hangs = pictures("brush test"), carves = pictures("carve");
   const double hanging = hangs["max"], carving = carves["max"];
