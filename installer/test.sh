@@ -15,6 +15,19 @@ for argument in "$@"; do
 done
 
 passed=0 failed=0 skipped=0
+failures=""  # what failed and why, told once more at the end
+
+# failuresOf REPORT: of each case that failed its name and the first lines of what it said.
+failuresOf() {
+  awk '
+    function value(name) {
+      return match($0, name "=\"[^\"]*\"") ? substr($0, RSTART + length(name) + 2, RLENGTH - length(name) - 3) : ""
+    }
+    /<testcase / { case_ = value("classname") "." value("name"); told = 0 }
+    /<failure/ && !told { told = 1; text = value("message"); gsub(/&#x0A;/, "\n  ", text); gsub(/&quot;/, "\"", text)
+      gsub(/&lt;/, "<", text); gsub(/&gt;/, ">", text); gsub(/&amp;/, "\\&", text)
+      print case_ ": " substr(text, 1, 600) }' "$1"
+}
 
 # runTests PRESET [CTEST-OPTION...]: runs the preset's tests and adds their cases to the counts. A program that left no
 # GoogleTest report (a crash, a script) counts as one case.
@@ -37,11 +50,12 @@ runTests() {
         /<testcase / { cases += /status="run"/ || /result="skipped"/; idle += /result="skipped"/; counted = 0 }
         /<failure/ && !counted { bad++; counted = 1 }
         END { print cases + 0, bad + 0, idle + 0 }' "$report")
+      [ "$bad" = 0 ] || failures+="$(failuresOf "$report")"$'\n'
     fi
     if [ "$status" = run ]; then
       [ "$cases" -gt 0 ] || cases=1
     elif [ "$status" = fail ]; then
-      [ "$bad" -gt 0 ] || { cases=$((cases + 1)) bad=1; }
+      [ "$bad" -gt 0 ] || { cases=$((cases + 1)) bad=1 failures+="$preset $name: ended without a report"$'\n'; }
     else
       cases=1 idle=1
     fi
@@ -84,6 +98,7 @@ else
   GTEST_FILTER='-Long*' runTests release
 fi
 
+[ -z "$failures" ] || printf 'what failed:\n%s' "$failures"
 summary="$passed passed, $failed failed"
 [ "$skipped" = 0 ] || summary+=", $skipped skipped"
 echo "$summary"

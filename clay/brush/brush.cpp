@@ -61,11 +61,13 @@ void Brush::check() const {
   within(round, 0, 1, "roundness");
   within(blend, 0, 64, "blend");
   within(height, 0, 4096, "height");
+  within(leastWall, 0, 256, "least wall");
   within(angle, -3.15f, 3.15f, "angle");
   const auto by = [&](Method method) {
     return std::any_of(operations.begin(), operations.end(),
                        [&](const Operation& each) { return each.method == method; });
   };
+  if (leastWall > 0 && !by(Method::carve)) throw Error("a brush with a least wall that does not carve");
   if (by(Method::formula) && (!formula || formula->parameters() != values.size()))
     throw Error("a brush whose formula and values do not go together");
   if (by(Method::external) && (!external || values.size() > Formula::kMostParameters))

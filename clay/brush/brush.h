@@ -87,6 +87,8 @@ struct Brush {
   float angle = 0.5f;                 ///< Twist: radians over a whole turn of the tip's way, −3 to 3.
   std::array<uint8_t, 3> colour{};
   uint8_t material = 0;
+  /// Carve: the thickness in voxels below which no wall is cut, 0 to 256; 0: no limit. clay/brush/wall_limit.h.
+  float leastWall = 0;
   bool dye = false;  ///< New clay takes the brush's colour; else that of the nearest clay there was.
   std::shared_ptr<const StampShape> shape;
   std::shared_ptr<const HeightImage> image;  ///< Raise: its height over the tip's x and y instead of the falloff.

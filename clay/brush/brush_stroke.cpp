@@ -15,6 +15,7 @@
 #include "clay/brush/mask_reach.h"
 #include "clay/brush/swept_tip.h"
 #include "clay/brush/trail.h"
+#include "clay/brush/wall_limit.h"
 #include "clay/field/redistance.h"
 #include "clay/kernels/brush_kernels.h"
 #include "clay/store/brick_set.h"
@@ -89,6 +90,7 @@ struct BrushStroke::State {
       method = makeMethod({brush, *operation, start ? std::move(start) : base, base.grid().band, base, threads});
     }
     if (method && base.has(Channel::mask)) maskReach.emplace(base);
+    if (brush->leastWall > 0) wallLimit.emplace(brush->leastWall, aroundTip(*brush));
     editor.emplace(std::move(base));
   }
 
@@ -103,6 +105,7 @@ struct BrushStroke::State {
 
   CarriedFrom carriedFrom;
   std::optional<MaskReach> maskReach;  // of clay that has a mask
+  std::optional<WallLimit> wallLimit;
 
   Redistancing redistancing;
   Trail trail;
@@ -139,6 +142,7 @@ struct BrushStroke::State {
   void workInParts(std::span<const Stamp> images, bool together, std::vector<Coord>& influenced);
   [[nodiscard]] std::vector<Coord> bricksWithin(std::span<const Stamp> images, double moved = 0);
   void redistanceDue(size_t most = SIZE_MAX);
+  void apply(const std::vector<Stamp>& images);
 
   [[nodiscard]] Editor::Counts counts() const {
     const Editor::Counts now = editor->counts();
@@ -504,32 +508,39 @@ void BrushStroke::apply(std::span<const Stamp> given) {
   for (const Stamp& each : given) checkStamp(each);
   State& s = *state_;
   const std::vector<Stamp> images = quantised(given);
-  while (s.prepare(images)) {
+  if (!s.wallLimit) return s.apply(images);
+  // One after the other: what one image cuts may be the far side of another.
+  for (size_t i = 0; i < images.size(); ++i)
+    for (const Stamp& each : s.wallLimit->allowed(*s.editor, images[i], i)) s.apply(quantised(std::span(&each, 1)));
+}
+
+void BrushStroke::State::apply(const std::vector<Stamp>& images) {
+  while (prepare(images)) {
   }
-  const Version was = s.beforeChange();
+  const Version was = beforeChange();
   std::vector<Coord> influenced;
   // what a mask covers in part depends on the order of images
-  const bool blends = images.size() > 1 && s.editor->has(Channel::mask);
-  if (s.tool && !blends) {
+  const bool blends = images.size() > 1 && editor->has(Channel::mask);
+  if (tool && !blends) {
     // Cutting away one thing after the other gives the same in any order.
     std::vector<Coord> blended;
-    for (const Stamp& each : images) s.sweepTip(each, influenced, blended);
+    for (const Stamp& each : images) sweepTip(each, influenced, blended);
     std::sort(blended.begin(), blended.end());
     blended.erase(std::unique(blended.begin(), blended.end()), blended.end());
-    s.work(images, blended, influenced);
-  } else if (s.method) {
+    work(images, blended, influenced);
+  } else if (method) {
     // What goes along with clay is looked at application by application.
-    s.workInParts(images, !was, influenced);
+    workInParts(images, !was, influenced);
   }
-  s.carry(was, s.tool ? nullptr : s.method.get(), images);
-  for (const Operation& each : s.brush->operations)
-    if (each.property != Property::distance) applyToChannels(*s.editor, *s.brush, each, images);
-  const uint64_t number = ++s.stamps;
-  s.trail.touch(number, std::move(influenced));
+  carry(was, tool ? nullptr : method.get(), images);
+  for (const Operation& each : brush->operations)
+    if (each.property != Property::distance) applyToChannels(*editor, *brush, each, images);
+  const uint64_t number = ++stamps;
+  trail.touch(number, std::move(influenced));
   // What is computed together is touched again together.
-  const uint64_t behind = static_cast<uint64_t>(s.brush->quality.trail) + (s.begunOnce ? kTogether : 0);
-  if (number > behind) s.trail.follow(number - behind);
-  if (s.trail.due() >= kBatch) s.redistanceDue();
+  const uint64_t behind = static_cast<uint64_t>(brush->quality.trail) + (begunOnce ? kTogether : 0);
+  if (number > behind) trail.follow(number - behind);
+  if (trail.due() >= kBatch) redistanceDue();
 }
 
 bool BrushStroke::prepare(std::span<const Stamp> given) {

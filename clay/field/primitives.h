@@ -25,6 +25,10 @@ namespace argil::clay {
 [[nodiscard]] Version makeCone(std::shared_ptr<Store> store, const Grid& grid, const Vec3d& centreMm,
                                double baseRadiusMm, double topRadiusMm, double heightMm, Job* job = nullptr);
 
+/// A cylinder from one point to another, both ends with a chamfer of 45° (may be 0).
+[[nodiscard]] Version makeRod(std::shared_ptr<Store> store, const Grid& grid, const Vec3d& fromMm, const Vec3d& toMm,
+                              double radiusMm, double chamferMm = 0, Job* job = nullptr);
+
 /// A ring about the z axis: a tube of radius `tubeMm` along a circle of radius `ringMm`, which is not smaller.
 [[nodiscard]] Version makeTorus(std::shared_ptr<Store> store, const Grid& grid, const Vec3d& centreMm, double ringMm,
                                 double tubeMm, Job* job = nullptr);

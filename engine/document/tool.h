@@ -36,6 +36,7 @@ struct Tool {
   double strength = 1;            ///< 0 to 1.
   bool inverted = false;          ///< The other way round, where the row has one.
   double heightMm = 1, blendMm = 1, angleDeg = 45;
+  double leastWallMm = 0;  ///< No wall is cut thinner than this; 0: no limit.
   clay::Falloff falloff = clay::Falloff::smooth;
   clay::Tip tip = clay::Tip::ball;
   double breadth = 1, thickness = 1;  ///< Of the tip's y and z beside its x: 0.05 to 1.

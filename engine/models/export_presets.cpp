@@ -15,6 +15,7 @@ namespace {
 
 using Endings = std::array<std::string_view, 1>;
 constexpr Endings kThreeMf{".3mf"}, kGlb{".glb"};
+constexpr std::array<std::string_view, 2> kStep{".step", ".stp"};
 constexpr std::array<std::string_view, 2> kArchive{".vdb", ".3mf"};
 
 constexpr std::array kPresets{
@@ -25,6 +26,7 @@ constexpr std::array kPresets{
                  kGlb, 100'000, true},
     ExportPreset{"web", "Web", "glTF of 200 000 triangles at most, packed with Draco: small to send.", kGlb, 200'000,
                  true, true},
+    ExportPreset{"cad", "CAD", "STEP: a smooth solid for each piece, and how far it lies off the clay.", kStep},
     ExportPreset{"archive", "Archive",
                  "The clay itself as a level set and its surface as 3MF: open formats, all of it.", kArchive},
 };

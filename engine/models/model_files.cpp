@@ -12,10 +12,12 @@
 #include "clay/store/store.h"
 #include "clay/surface/surface.h"
 #include "clay/surface/vertex_channels.h"
+#include "engine/models/cad_export.h"
 #include "engine/models/cut_negatives.h"
 #include "engine/models/model_colours.h"
 #include "haptics/scene/part_mesh.h"
 #include "io/bytes/input.h"
+#include "io/cad/step_file.h"
 #include "io/models/model_writer.h"
 #include "io/models/vdb_file.h"
 
@@ -343,7 +345,7 @@ std::vector<std::string> writeModelFiles(const std::vector<std::filesystem::path
   std::vector<std::string> sentences;
   // What is wrong with a name is told before the work.
   for (const std::filesystem::path& file : files) {
-    if (io::endingOf(file) != ".vdb") io::requireWritable(file);
+    if (io::endingOf(file) != ".vdb" && !io::isStep(file)) io::requireWritable(file);
   }
   std::vector<Outgoing> clays;
   std::vector<io::ModelObject> objects;
@@ -355,6 +357,10 @@ std::vector<std::string> writeModelFiles(const std::vector<std::filesystem::path
   const bool remade = what.recentre || what.triangles || what.errorMm;  // what needs meshes
   for (const std::filesystem::path& file : files) {
     io::WriteReport report;
+    if (io::isStep(file)) {
+      for (std::string& sentence : writeCad(file, document, what, job)) sentences.push_back(std::move(sentence));
+      continue;
+    }
     if (io::endingOf(file) == ".vdb") {
       std::vector<io::VdbView> views;
       for (const Piece& each : document.pieces) {

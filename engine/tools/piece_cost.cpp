@@ -206,6 +206,23 @@ Measure ellipsoid(const Document&, const PieceArguments& a) {
   return {0, bricks(4 * std::numbers::pi * std::pow(mean, 1 / p), 1.5, s.voxelMm), 0};
 }
 
+// A hollow is about so much of the box around a piece.
+constexpr double kHollow = 0.35;
+Measure infill(const Document& document, const PieceArguments& a) {
+  const auto& values = a.get<InfillValues>();
+  const clay::BoxMm box = clay::boundsOf(at(document, a).version);
+  const double volume = kHollow * (box.high - box.low).cwiseMax(0.0).prod(), voxel = voxelOf(at(document, a));
+  const double added = bricks(2 * values.percent / 100 * volume / values.wallMm, 1.5, voxel);
+  return {bricksOf(at(document, a)), bricksOf(at(document, a)) + added, added};
+}
+Measure pegs(const Document& document, const PieceArguments& a) {
+  const Piece& piece = at(document, a);
+  return divided(
+      piece,
+      clay::PlaneDivider(piece.pose.applyInverse(a.plane.pointMm), piece.pose.rotation.conjugate() * a.plane.normal), 0,
+      false);
+}
+
 /// µs of one core for each brick of a measure, on the machine that kReferenceUs is of: `argil bench costs`.
 struct Rate {
   std::string_view id;
@@ -228,6 +245,9 @@ constexpr std::array kRates{
     Rate{"remove-crumbs", same, 1.6, 0, 0},
     Rate{"cut-plane", cutPlane, 3.4, 0, 0},
     Rate{"cut-curve", cutCurve, 0, 16, 0},
+    Rate{"infill", infill, 20, 0, 150},
+    Rate{"drain", same, 20, 0, 0},
+    Rate{"cut-pegs", pegs, 8, 0, 0},
     Rate{"bend", bent, 205, 0, 6.5},
     Rate{"twist", twisted, 187, 0, 175},
     Rate{"taper", tapered, 247, 0, 3.4},

@@ -73,7 +73,8 @@ struct AddedJob;  // engine/tools/added_jobs.h
 struct PieceJob {
   std::string_view id, name, help;  ///< "join", "Join", one line.
   std::string_view doing;           ///< "Joining": what the list of jobs shows.
-  std::string_view group;  ///< Menu that it stands in: "Combine", "Shape", "Repair", "Cut", "Deform", "New", "Mask".
+  std::string_view group;  ///< Menu that it stands in: "Combine", "Shape", "Repair", "Cut", "Print", "Deform", "New",
+                           ///< "Mask".
   int pieces = 1;          ///< 0, 1 or 2.
   bool takesPlane = false, takesCurve = false;
   std::span<const Parameter<PieceArguments>> parameters = {};
@@ -114,6 +115,7 @@ void applyPieceResult(const PieceResult& result, const Document& before, Documen
 /// Rows of the other files; pieceJobs() has them all.
 [[nodiscard]] std::span<const PieceJob> combineJobs();  ///< engine/tools/piece_jobs_combine.cpp
 [[nodiscard]] std::span<const PieceJob> shapeJobs();    ///< engine/tools/piece_jobs_shape.cpp
+[[nodiscard]] std::span<const PieceJob> printJobs();    ///< engine/tools/piece_jobs_print.cpp
 [[nodiscard]] std::span<const PieceJob> deformJobs();   ///< engine/tools/piece_jobs_deform.cpp
 [[nodiscard]] std::span<const PieceJob> maskJobs();     ///< engine/tools/piece_jobs_mask.cpp
 

@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "clay/base/vec.h"
+#include "clay/field/infill.h"
 #include "clay/kernels/brick.h"
 
 namespace argil::engine {
@@ -52,6 +53,24 @@ struct CutValues {
   double smoothMm = 1;  ///< Details of a curve below this size go.
   friend bool operator==(const CutValues&, const CutValues&) = default;
 };
+struct InfillValues {
+  clay::Infill kind = clay::Infill::gyroid;
+  double percent = 15, wallMm = 1;
+  friend bool operator==(const InfillValues&, const InfillValues&) = default;
+};
+struct DrainValues {
+  double diameterMm = 3;
+  bool vents = true, plugs = false;
+  double clearanceMm = 0.1;
+  friend bool operator==(const DrainValues&, const DrainValues&) = default;
+};
+struct PegValues {
+  int pegs = 2;
+  double diameterMm = 0, depthMm = 0;  ///< 0: as suits the cut.
+  double clearanceMm = 0.15;
+  bool loose = false;
+  friend bool operator==(const PegValues&, const PegValues&) = default;
+};
 /// Bend, twist and taper: a part of the piece along one of its axes, and what becomes of its end.
 struct AlongValues {
   int axis = 3;                   ///< Of the piece: 1 x, 2 y, 3 z.
@@ -94,9 +113,10 @@ struct AddedValues {
 };
 
 /// Those of one operation; none where it has no parameters.
-using PieceValues = std::variant<std::monostate, CombineValues, OffsetValues, ShellValues, SmoothValues, ScaleValues,
-                                 ResampleValues, PrecisionValues, CrumbValues, CutValues, AlongValues, LatticeValues,
-                                 SolidValues, MaskBlurValues, MaskCavityValues, MaskLassoValues, AddedValues>;
+using PieceValues =
+    std::variant<std::monostate, CombineValues, OffsetValues, ShellValues, SmoothValues, ScaleValues, ResampleValues,
+                 PrecisionValues, CrumbValues, CutValues, InfillValues, DrainValues, PegValues, AlongValues,
+                 LatticeValues, SolidValues, MaskBlurValues, MaskCavityValues, MaskLassoValues, AddedValues>;
 
 /// The struct that a member belongs to.
 template <class Member>

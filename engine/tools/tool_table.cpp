@@ -72,6 +72,17 @@ constexpr Row kBlend{
     .get = [](const Tool& t) { return t.blendMm; },
     .set = [](Tool& t, double v) { t.blendMm = v; },
 };
+constexpr Row kLeastWall{
+    .id = "least_wall",
+    .name = "Least wall",
+    .help = "No wall is cut thinner than this: the tool stops there; 0: no limit.",
+    .unit = "mm",
+    .low = 0,
+    .high = 100,
+    .standard = 0,
+    .get = [](const Tool& t) { return t.leastWallMm; },
+    .set = [](Tool& t, double v) { t.leastWallMm = v; },
+};
 constexpr Row kAngle{
     .id = "angle",
     .name = "Angle",
@@ -254,7 +265,7 @@ constexpr Row kFullForce{
 #define ARGIL_BY_DEPTH ARGIL_HELD(0, 0)
 #define ARGIL_BY_RADIUS ARGIL_HELD(0.6, 0)
 #define ARGIL_BY_STRENGTH ARGIL_HELD(0, 0.9)
-constexpr std::array kCut{kRadius, kTip, kBreadth, kThickness, kRound, ARGIL_BY_DEPTH};
+constexpr std::array kCut{kRadius, kLeastWall, kTip, kBreadth, kThickness, kRound, ARGIL_BY_DEPTH};
 constexpr std::array kSolid{kRadius, kTip, kBreadth, kThickness, kRound, ARGIL_BY_RADIUS};
 constexpr std::array kWax{kRadius, kBlend, kTip, kBreadth, kThickness, kRound, ARGIL_BY_RADIUS};
 constexpr std::array kSoft{kRadius, kStrength, kFalloff, ARGIL_BY_STRENGTH};
@@ -755,6 +766,9 @@ std::shared_ptr<const clay::Brush> brushOf(const Tool& tool, const clay::Grid& g
   brush->round = static_cast<float>(tool.round);
   brush->blend = std::min(voxels(tool.blendMm), 64.0f);
   brush->height = std::min(voxels(tool.heightMm), 4096.0f);
+  const bool carves = std::any_of(brush->operations.begin(), brush->operations.end(),
+                                  [](const Operation& each) { return each.method == Method::carve; });
+  brush->leastWall = carves ? std::min(voxels(tool.leastWallMm), 256.0f) : 0;
   brush->limited = row.limited;
   brush->angle = static_cast<float>(tool.angleDeg * std::numbers::pi / 180);
   brush->colour = {uint8_t(tool.colour >> 16), uint8_t(tool.colour >> 8), uint8_t(tool.colour)};

@@ -14,6 +14,7 @@
 #include "engine/models/load_document.h"
 #include "engine/saving/saved_document.h"
 #include "io/bytes/input.h"
+#include "io/cad/step_file.h"
 #include "io/models/added_formats.h"
 #include "io/models/model_file.h"
 #include "io/models/model_writer.h"
@@ -37,6 +38,7 @@ engine::ModelExport exportOf(const ConvertOptions& options, const std::vector<io
   how.errorMm = options.errorMm;
   how.grade = options.surface;
   how.draco = options.draco;
+  if (options.faces) how.cadQuads = static_cast<size_t>(*options.faces);
   how.recentre = options.recentre;
   how.putBack = options.putBack;
   if (options.reduce) {
@@ -132,14 +134,23 @@ void convert(const ConvertOptions& options) {
   if (options.reduce && options.errorMm) throw Error("--reduce and --error: give one of them");
   requireModel(options.input, options.place);
   const bool toClay = engine::holdsClay(options.output.filename());
-  if (!toClay) io::requireWritable(options.output);
+  const bool toCad = io::isStep(options.output);
+  if (!toClay && !toCad) io::requireWritable(options.output);
+  if (options.faces && !toCad)
+    throw Error(fmt::format("{}: --faces is for STEP; leave it out", options.output.string()));
+  if (options.faces && !(*options.faces >= 24 && *options.faces <= 20000))
+    throw Error(fmt::format("--faces {}: give 24 to 20000", *options.faces));
+  if (toCad && (options.reduce || options.errorMm || options.recentre))
+    throw Error(
+        fmt::format("{}: STEP has no triangles, and keeps its place; leave --reduce, --error and --recentre out",
+                    options.output.string()));
   if (toClay && (options.reduce || options.errorMm))
     throw Error(fmt::format("{}: clay has no triangles to be reduced; leave --reduce and --error out",
                             options.output.string()));
   if (toClay && options.recentre)
     throw Error(fmt::format("{}: clay keeps its place; leave --recentre out", options.output.string()));
   if (options.recentre && options.putBack) throw Error("--recentre and --put-back: give one of them");
-  const bool byWayOfClay = toClay || options.voxelMm || options.bits || engine::holdsClay(options.input);
+  const bool byWayOfClay = toClay || toCad || options.voxelMm || options.bits || engine::holdsClay(options.input);
   if (options.putBack && (!byWayOfClay || io::endingOf(options.output) == ".argil"))
     throw Error(fmt::format("{}: --put-back is for clay that becomes a model or a level set; leave it out",
                             options.output.string()));

@@ -62,5 +62,28 @@ TEST_F(PrintCheck, BadWordsAreOneLine) {
   }
 }
 
+// The whole way from a shape to what a printer gets: halves that find their place, hollow, and nothing stays in them.
+TEST_F(PrintCheck, AScriptMakesAPieceReadyToPrint) {
+  std::ofstream(scratch_ / "ready.json")
+      << R"({"argil": 1, "units": "mm", "setup": [{"voxel_mm": 0.4}, {"sphere": {"radius_mm": 25}}], "strokes": [
+            {"operation": "cut-plane", "plane": [0, 0, -20, 0, 0, 1]},
+            {"operation": "cut-pegs", "plane": [0, 0, 2, 0, 0, 1], "clearance_mm": 0.2},
+            {"operation": "shell", "inner_mm": 2.4},
+            {"operation": "drain", "diameter_mm": 3.5},
+            {"operation": "shell", "piece": "Clay, other side", "inner_mm": 2.4},
+            {"operation": "infill", "piece": "Clay, other side", "kind": "struts", "wall_mm": 1.6, "density_percent": 10},
+            {"operation": "drain", "piece": "Clay, other side", "diameter_mm": 3.5}]})";
+  const fs::path file = scratch_ / "ready.argil";
+  const Outcome made = argil({"sculpt", (scratch_ / "ready.json").string(), "-o", file.string()});
+  ASSERT_EQ(made.code, 0) << made.err;
+  for (const char* words : {"2 pegs", "holes", "% of"}) EXPECT_NE(made.out.find(words), std::string::npos) << made.out;
+  const Outcome said = argil({"inspect", file.string(), "--print", "sla", "--json"});
+  ASSERT_EQ(said.code, 0) << said.err;
+  const json pieces = json::parse(said.out)["pieces"];
+  ASSERT_EQ(pieces.size(), 2u);
+  for (const json& piece : pieces)
+    for (const json& trap : piece["print"]["traps"]) EXPECT_FALSE(trap["closed"].get<bool>()) << piece.dump(1);
+}
+
 }  // namespace
 }  // namespace argil::tests

@@ -345,6 +345,22 @@ const validator = require('gltf-validator'), fs = require('fs');
   EXPECT_EQ(files, 3);
 }
 
+// A valid solid whose volume is the ball's, and nothing to sew.
+TEST_F(LongReferees, OpenCascadeReadsOurStepAsASolid) {
+  if (!installed("occt-draw-7.6")) GTEST_SKIP() << "occt-draw-7.6 is not installed";
+  const Outcome made =
+      argil({"convert", (scratch / "ball.argil").string(), (scratch / "ours.step").string(), "--faces", "200"});
+  ASSERT_EQ(made.code, 0) << made.err;
+  std::ofstream(scratch / "look.tcl") << "pload MODELING XDE\nstepread ours.step a *\nputs [checkshape a_1]\n"
+                                         "puts [nbshapes a_1]\nputs [vprops a_1 1e-6]\nputs [bopcheck a_1]\n";
+  const std::string said = outputOf("occt-draw-7.6 -b -f look.tcl", scratch.path());
+  EXPECT_NE(said.find("This shape seems to be valid"), std::string::npos) << said;
+  EXPECT_NE(said.find("SOLID     : 1"), std::string::npos) << said;
+  const size_t mass = said.find("Mass :");
+  ASSERT_NE(mass, std::string::npos) << said;
+  EXPECT_NEAR(std::stod(said.substr(mass + 6)), 4.0 / 3 * M_PI * 8000, 30);
+}
+
 TEST_F(LongReferees, PrusaSlicerSlicesWithoutAWarning) {
   if (!installed("prusa-slicer")) GTEST_SKIP() << "prusa-slicer is not installed";
   for (const char* name : {"ours.stl", "ours.3mf", "ours.obj"}) {

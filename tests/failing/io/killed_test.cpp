@@ -27,7 +27,7 @@ constexpr int kKills = 200;
 
 /// Runs `work` in a child, kills it after a random time, and returns the last number that it told through the pipe.
 template <class Work>
-uint64_t killedWithin(std::mt19937& random, int mostMicroseconds, Work&& work) {
+uint64_t killedWithin(std::mt19937& random, double mostMicroseconds, Work&& work) {
   int ends[2];
   EXPECT_EQ(::pipe(ends), 0);
   const pid_t child = ::fork();
@@ -51,6 +51,11 @@ uint64_t killedWithin(std::mt19937& random, int mostMicroseconds, Work&& work) {
   while (::read(ends[0], &number, sizeof number) == ssize_t(sizeof number)) last = number;
   ::close(ends[0]);
   return last;
+}
+
+/// So long that about as many kills come too early as too late, however busy the machine is.
+double next(double within, bool early) {
+  return early ? std::min(within * 1.3, 1e6) : within * 0.8;
 }
 
 /// After save n the file holds the records of the saves (n - 20, n], each of ten.
@@ -79,8 +84,9 @@ TEST(Killed, ADocumentOpensEveryTime) {
   saveOn(*DocumentFile::create(path));
   uint64_t before = 1;
   int underWay = 0, journals = 0;
+  double within = 20000;
   for (int kill = 0; kill < kKills; ++kill) {
-    const uint64_t told = std::max(before, killedWithin(random, 20000, [&](const auto& tell) {
+    const uint64_t told = std::max(before, killedWithin(random, within, [&](const auto& tell) {
                                      for (const auto file = DocumentFile::open(path, true);; tell(file->save()))
                                        saveOn(*file);
                                    }));
@@ -89,6 +95,7 @@ TEST(Killed, ADocumentOpensEveryTime) {
     ASSERT_GE(file->save(), told) << "kill " << kill;
     ASSERT_LE(file->save(), told + 1) << "kill " << kill;
     underWay += file->save() > told;
+    within = next(within, file->save() == before);
     before = file->save();
     ASSERT_EQ(file->head(), before * 10);
     const RecordSet held = file->held();
@@ -101,7 +108,7 @@ TEST(Killed, ADocumentOpensEveryTime) {
   EXPECT_FALSE(std::filesystem::exists(path.string() + "-journal"));
   failing::end();
   std::cout << before << " saves, " << journals << " rolled back, " << underWay << " whole but not yet acknowledged\n";
-  EXPECT_GT(before, 20u);  // how many there are the machine says
+  EXPECT_GT(before, 20u);
   EXPECT_GT(journals, 5) << "no kill has met a save";
 }
 
@@ -110,11 +117,10 @@ TEST(Killed, ANewDocumentIsThereOrNot) {
   const samples::Folder folder;
   const auto path = folder / "a.argil";
   int there = 0;
-  // So long that about half of the documents come to be, however busy the machine is.
   double within = 10000;
   for (int kill = 0; kill < 50; ++kill) {
     std::filesystem::remove(path);
-    const uint64_t told = killedWithin(random, static_cast<int>(within), [&](const auto& tell) {
+    const uint64_t told = killedWithin(random, within, [&](const auto& tell) {
       const auto file = DocumentFile::create(path);
       const auto transaction = file->begin();
       for (const RecordId id : idsFromTo(1, 100)) putSample(*transaction, id);
@@ -124,11 +130,11 @@ TEST(Killed, ANewDocumentIsThereOrNot) {
     });
     if (!std::filesystem::exists(path)) {
       ASSERT_EQ(told, 0u);
-      within = std::min(within * 1.3, 1e6);
+      within = next(within, true);
       continue;
     }
     ++there;
-    within *= 0.8;
+    within = next(within, false);
     ASSERT_EQ(soundSamples(*DocumentFile::open(path, false), idsFromTo(1, 200)), idsFromTo(1, 100));
   }
   EXPECT_GT(there, 2);
@@ -138,9 +144,10 @@ TEST(Killed, AJournalHasWhatWasFlushed) {
   std::mt19937 random(kSeed);
   const samples::Folder folder;
   uint64_t most = 0;
+  double within = 2000;
   for (int kill = 0; kill < kKills; ++kill) {
     const auto path = folder / std::to_string(kill);
-    const uint64_t told = killedWithin(random, 2000, [&](const auto& tell) {
+    const uint64_t told = killedWithin(random, within, [&](const auto& tell) {
       JournalWriter writer(path);
       for (RecordId id = 1;; ++id) {
         putSample(writer, id);
@@ -150,6 +157,7 @@ TEST(Killed, AJournalHasWhatWasFlushed) {
       }
     });
     most = std::max(most, told);
+    within = next(within, told < 20);
     if (!std::filesystem::exists(path)) {
       ASSERT_EQ(told, 0u);
       continue;

@@ -26,6 +26,8 @@ constexpr std::array kKinds{
              true},
     FileKind{".drc", "Draco", "", true, true,
              "The smallest file: rounded within a stated error. It names no unit: read it as mm.", true},
+    FileKind{".step", "STEP", "mm", false, false,
+             "For CAD: few smooth faces, fitted to the clay; it is said how far they lie off.", false},
     FileKind{".vdb", "OpenVDB", "", true, true,
              "The clay itself, as a level set, for effects and simulation. It names no unit: read it as mm.", false},
     // One model in it, of a kind that names no unit as a rule.

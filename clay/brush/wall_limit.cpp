@@ -1,0 +1,205 @@
+#include "clay/brush/wall_limit.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace argil::clay {
+
+namespace {
+
+constexpr double kMargin = 5;           // voxels that the ball may go before the surface is looked at again
+constexpr double kStep = 1;             // voxels, of the ball on its way
+constexpr double kProgress = 0.02;      // voxels: a ball that comes no nearer to its stamp stays
+constexpr double kFarthestPush = 1.25;  // voxels: a wall that is suddenly nearer was no wall a step before
+constexpr double kClearance = 1e-3;     // voxels, by which it is pushed too far, so that pushing ends
+constexpr double kWithin = 0.02;        // voxels that it may be too near for want of room
+constexpr int kPushes = 24;             // of a ball between several walls
+constexpr double kFacing = 0.9;         // cosine: a place is opposite where its normal leads away from the ball
+constexpr double kOpposite = -0.5;      // cosine between the normals of both sides of a wall
+constexpr double kBefore = 1;           // voxels before a place that must be clay
+constexpr double kLook = 0.5;           // voxels between two looks at the clay before it
+constexpr double kStraight = 0.02;      // voxels that a way may leave its chord
+
+// Slopes of less say nothing of a direction.
+constexpr float kFlat = 0.1f;
+
+}  // namespace
+
+void WallLimit::gather(const Editor& clay, const Vec3d& centre, double radius) {
+  places_.clear();
+  gathered_ = centre;
+  const double reach = radius + wall_ + kMargin;
+  Sampler field(clay);
+  const auto brickOf = [](double v) { return static_cast<int32_t>(std::floor(v / kBrickEdge)); };
+  const Coord first{brickOf(centre.x() - reach), brickOf(centre.y() - reach), brickOf(centre.z() - reach)};
+  const Coord last{brickOf(centre.x() + reach), brickOf(centre.y() + reach), brickOf(centre.z() + reach)};
+  const auto crossing = [&](Coord from, float a, Coord way) {
+    const float b = field.voxel(from + way);
+    if ((a < 0) == (b < 0)) return;
+    const Vec3d at = from.toVec3d() + way.toVec3d() * (double(a) / (double(a) - double(b)));
+    if ((at - centre).squaredNorm() <= reach * reach) places_.push_back(at);
+  };
+  BrickValues scratch;
+  for (int x = first.x; x <= last.x; ++x)
+    for (int y = first.y; y <= last.y; ++y)
+      for (int z = first.z; z <= last.z; ++z) {
+        const Slot slot = clay.find({x, y, z});
+        if (slot.isTile()) continue;  // beside the surface there are bricks
+        const float* values = slot.values(scratch, clay.grid().band);
+        for (int i = 0; i < kBrickVoxels; ++i) {
+          if (std::abs(values[i]) > 1.5f) continue;  // an edge of a voxel from there cannot cross
+          const Coord voxel = Coord{x, y, z} * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7};
+          crossing(voxel, values[i], {1, 0, 0});
+          crossing(voxel, values[i], {0, 1, 0});
+          crossing(voxel, values[i], {0, 0, 1});
+        }
+      }
+}
+
+bool WallLimit::isFar(Sampler& clay, const Vec3d& place, const Vec3d& ball, double radius) const {
+  const Vec3d to = place - ball;
+  const double length = to.norm(), outside = length - radius;
+  if (!(outside > 0)) return false;  // it is being cut: a ball that comes from outside has stopped before a far one
+  const Vec3d way = to / length;
+  Vec3f slope;
+  (void)clay.trilinear(place, slope);
+  if (!(slope.norm() > kFlat)) return false;
+  const Vec3d normal = slope.cast<double>().normalized();
+  if (normal.dot(way) < kFacing) return false;
+  const double before = std::min(kBefore, outside / 2);
+  if (clay.trilinear(place - before * way) >= 0) return false;
+  for (double back = before; back < outside; back += kLook)
+    if (clay.trilinear(place - back * way, slope) >= 0)
+      return slope.norm() > kFlat && slope.cast<double>().normalized().dot(normal) < kOpposite;
+  return true;  // all of it is clay
+}
+
+// Out of the way of the walls around it; nothing where there is no room between them, or it would have to go farther
+// than a step leads.
+std::optional<Vec3d> WallLimit::freed(Sampler& clay, Vec3d ball, double radius) {
+  const double limit = radius + wall_;
+  for (int push = 0;; ++push) {
+    near_.clear();
+    for (uint32_t i = 0; i < places_.size(); ++i) {
+      const double away2 = (places_[i] - ball).squaredNorm();
+      if (away2 < limit * limit) near_.emplace_back(away2, i);
+    }
+    std::sort(near_.begin(), near_.end());
+    const auto found = std::find_if(near_.begin(), near_.end(),
+                                    [&](const auto& each) { return isFar(clay, places_[each.second], ball, radius); });
+    if (found == near_.end()) return ball;
+    hindered_ = true;
+    const double away = std::sqrt(found->first);
+    barrier_ = (places_[found->second] - ball) / away;
+    if (push == kPushes) return away >= limit - kWithin ? std::optional(ball) : std::nullopt;
+    if (limit - away > kFarthestPush) return std::nullopt;
+    ball -= barrier_ * (limit - away + kClearance);
+  }
+}
+
+// A ball near a place that touches no clay: by the shortest way out, and on by its radius.
+std::optional<Vec3d> WallLimit::outsideOf(Sampler& clay, const Vec3d& place, double radius) const {
+  Vec3f slope;
+  double least = radius + 2 * wall_ + 1;
+  if (clay.trilinear(place, slope) < 0 && slope.norm() <= kFlat) {
+    Vec3d best = Vec3d::Zero();
+    for (int x = -1; x <= 1; ++x)
+      for (int y = -1; y <= 1; ++y)
+        for (int z = -1; z <= 1; ++z) {
+          const Vec3d way = Vec3d(x, y, z).normalized();
+          for (double out = kLook; out < least; out += kLook)
+            if (clay.trilinear(place + out * way) >= 0) least = out, best = way;
+        }
+    if (best.isZero()) return std::nullopt;
+    return place + (least + radius) * best;
+  }
+  if (slope.norm() <= kFlat) return place;  // far from all clay
+  const Vec3d way = slope.cast<double>().normalized();
+  for (double out = 0; out < least; out += kLook)
+    if (clay.trilinear(place + out * way) >= 0) return place + (out + radius) * way;
+  return std::nullopt;
+}
+
+Vec3d WallLimit::follow(const Editor& clay, Vec3d ball, const Vec3d& target, double radius, std::vector<Vec3d>* way) {
+  Sampler field(clay);
+  const auto tried = [&](const Vec3d& next) {
+    if ((next - gathered_).norm() > kMargin - kStep - kFarthestPush) gather(clay, next, radius);
+    return freed(field, next, radius);
+  };
+  while (ball != target) {
+    const Vec3d to = target - ball;
+    const double left = to.norm();
+    barrier_.setZero();
+    std::optional<Vec3d> next = tried(left <= kStep ? target : Vec3d(ball + to * (kStep / left)));
+    // What is in the way is slid along.
+    if (!barrier_.isZero()) {
+      const Vec3d along = to - to.dot(barrier_) * barrier_;
+      if (const double length = along.norm(); length > kProgress) {
+        const std::optional<Vec3d> beside = tried(ball + along * std::min(1.0, kStep / length));
+        if (beside && (!next || (target - *beside).squaredNorm() < (target - *next).squaredNorm())) next = beside;
+      }
+    }
+    if (!next || (*next != target && (target - *next).norm() > left - kProgress)) break;
+    ball = *next;
+    if (way) way->push_back(ball);
+  }
+  if (ball != target) hindered_ = true;
+  return ball;
+}
+
+std::vector<Stamp> WallLimit::allowed(const Editor& clay, const Stamp& stamp, size_t image) {
+  if (followers_.size() <= image) followers_.resize(image + 1);
+  std::optional<Follower>& follower = followers_[image];
+  const double radius = stamp.largestRadius() * around_;
+  hindered_ = false;
+  // A tool that was lifted comes down anew.
+  const bool anew = !follower || follower->target != stamp.a;
+  if (anew) {
+    follower.reset();
+    Sampler field(clay);
+    std::optional<Vec3d> ball = outsideOf(field, stamp.a, radius);
+    if (ball) {
+      gather(clay, *ball, radius);
+      ball = freed(field, *ball, radius);
+    }
+    if (!ball) return {};
+    hindered_ = false;
+    follower = Follower{follow(clay, *ball, stamp.a, radius, nullptr), stamp.a};
+  } else {
+    gather(clay, follower->ball, radius);
+  }
+  std::vector<Vec3d> way{follower->ball};
+  follower->ball = follow(clay, follower->ball, stamp.b, radius, &way);
+  follower->target = stamp.b;
+  if (!hindered_) return {stamp};
+
+  std::vector<Stamp> stamps;
+  const auto add = [&](size_t from, size_t to) {
+    Stamp part = stamp;
+    part.a = way[from];
+    part.b = way[to];
+    const auto at = [&](size_t i) {
+      return stamp.radius +
+             (stamp.radiusAtEnd() - stamp.radius) * double(i) / double(std::max<size_t>(1, way.size() - 1));
+    };
+    part.radius = at(from);
+    part.endRadius = at(to);
+    stamps.push_back(part);
+  };
+  for (size_t from = 0; from + 1 < way.size();) {
+    size_t to = from + 1;
+    const auto straight = [&](size_t end) {
+      const Vec3d chord = way[end] - way[from];
+      for (size_t i = from + 1; i < end; ++i)
+        if ((way[i] - way[from]).cross(chord).norm() > kStraight * chord.norm()) return false;
+      return true;
+    };
+    while (to + 1 < way.size() && straight(to + 1)) ++to;
+    add(from, to);
+    from = to;
+  }
+  if (stamps.empty() && anew) add(0, 0);
+  return stamps;
+}
+
+}  // namespace argil::clay

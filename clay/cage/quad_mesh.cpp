@@ -1,0 +1,59 @@
+#include "clay/cage/quad_mesh.h"
+
+#include <unordered_map>
+#include <utility>
+
+#include "clay/base/error.h"
+
+namespace argil::clay {
+
+QuadTopology::QuadTopology(size_t vertices, std::vector<std::array<uint32_t, 4>> quads)
+    : quads_(std::move(quads)), edgesOf_(quads_.size()) {
+  constexpr const char* kOpen = "a mesh of quads that is not closed: each side needs one quad on its other side";
+  const auto key = [](uint32_t a, uint32_t b) { return uint64_t{a} << 32 | b; };
+  std::unordered_map<uint64_t, std::pair<uint32_t, uint8_t>> sides;
+  for (uint32_t f = 0; f < quads_.size(); ++f)
+    for (uint8_t s = 0; s < 4; ++s) {
+      const uint32_t a = quads_[f][s], b = quads_[f][(s + 1) & 3];
+      if (a >= vertices || a == b || !sides.emplace(key(a, b), std::pair{f, s}).second) throw Error(kOpen);
+    }
+  for (uint32_t f = 0; f < quads_.size(); ++f)
+    for (uint8_t s = 0; s < 4; ++s) {
+      const uint32_t a = quads_[f][s], b = quads_[f][(s + 1) & 3];
+      const auto other = sides.find(key(b, a));
+      if (other == sides.end()) throw Error(kOpen);
+      if (a > b) continue;
+      const auto [quad, side] = other->second;
+      edgesOf_[f][s] = edgesOf_[quad][side] = static_cast<uint32_t>(edges_.size());
+      edges_.push_back({a, b, {f, quad}, {s, side}});
+    }
+
+  std::vector<std::pair<uint32_t, uint8_t>> any(vertices, {UINT32_MAX, 0});
+  std::vector<size_t> count(vertices, 0);
+  for (uint32_t f = 0; f < quads_.size(); ++f)
+    for (uint8_t s = 0; s < 4; ++s) any[quads_[f][s]] = {f, s}, ++count[quads_[f][s]];
+  for (uint32_t v = 0; v < vertices; ++v) {
+    first_.push_back(spokes_.size());
+    if (count[v] < 3) throw Error("a mesh of quads with a vertex of fewer than three");
+    auto [quad, corner] = any[v];
+    for (size_t k = 0; k < count[v]; ++k) {
+      const uint32_t edge = edgesOf_[quad][corner];
+      spokes_.push_back({quad, corner, edge, edges_[edge].from == v});
+      // The next one has the side before as the one that leaves the vertex.
+      const Edge& before = edges_[edgesOf_[quad][(corner + 3) & 3]];
+      const size_t other = before.quad[0] == quad && before.side[0] == ((corner + 3) & 3) ? 1 : 0;
+      quad = before.quad[other];
+      corner = before.side[other];
+    }
+    if (std::pair{quad, corner} != any[v]) throw Error("a mesh of quads with a vertex where two parts meet");
+  }
+  first_.push_back(spokes_.size());
+}
+
+size_t QuadTopology::irregular() const {
+  size_t count = 0;
+  for (uint32_t v = 0; v < vertexCount(); ++v) count += valence(v) != 4;
+  return count;
+}
+
+}  // namespace argil::clay

@@ -1,0 +1,18 @@
+#pragma once
+// Pieces as smooth solids for CAD.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "engine/models/model_files.h"
+
+namespace argil::engine {
+
+/// The pieces that count as a STEP file, whole or not at all; `what.cadQuads` faces at most a piece. Sentences for the
+/// person: what was written, how far each lies off its clay both ways, and whether its cage kept the clay's shape.
+/// Throws Error, Cancelled.
+[[nodiscard]] std::vector<std::string> writeCad(const std::filesystem::path& file, const Document& document,
+                                                const ModelExport& what, Job* job = nullptr);
+
+}  // namespace argil::engine

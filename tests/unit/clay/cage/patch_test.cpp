@@ -1,0 +1,215 @@
+// Cages, smooth patches over them, and their fit to clay.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "clay/base/error.h"
+#include "clay/cage/fit_cage.h"
+#include "clay/field/primitives.h"
+#include "clay/mesh/mesh_topology.h"
+#include "clay/store/store.h"
+#include "clay/surface/surface.h"
+#include "clay/whole/boolean.h"
+#include "clay/whole/offset.h"
+
+namespace argil::clay {
+namespace {
+
+Grid grid(double voxelMm = 0.5) {
+  Grid grid;
+  grid.voxelMm = voxelMm;
+  return grid;
+}
+
+/// A cube of n × n quads a side: eight vertices of three quads, the rest of four.
+QuadMesh cube(int n) {
+  const Version block = makeBlock(Store::make(), grid(10), Vec3d::Zero(), Vec3d::Constant(10.0 * n), 0);
+  return coarseCage(block, size_t(6 * (n + 1) * (n + 1)), WorkPart(nullptr)).mesh;
+}
+/// Blocks in steps: vertices of 3, 4, 5 and 6 quads.
+QuadMesh steps() {
+  Version blocks = makeBlock(Store::make(), grid(10), {0, 0, 0}, {40, 40, 40}, 0);
+  blocks = combine(blocks, makeBlock(Store::make(), grid(10), {30, 30, 30}, {40, 40, 40}, 0), Combination::join);
+  blocks = combine(blocks, makeBlock(Store::make(), grid(10), {-30, 10, 0}, {40, 20, 20}, 0), Combination::join);
+  return coarseCage(blocks, 400, WorkPart(nullptr)).mesh;
+}
+
+PatchSurface anyPatches(const QuadMesh& cage, unsigned seed, double shake) {
+  const QuadTopology topology(cage.positions.size(), cage.quads);
+  const PatchNet net(topology);
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> off(-shake, shake);
+  std::vector<Vec3d> at(net.vertexCount());
+  for (uint32_t f = 0; f < cage.quads.size(); ++f)
+    for (int i = 0; i <= 4; ++i)
+      for (int j = 0; j <= 4; ++j) {
+        const auto& q = cage.quads[f];
+        const double u = i / 4.0, v = j / 4.0;
+        at[net.vertex(f, i, j)] = (1 - u) * (1 - v) * cage.positions[q[0]] + u * (1 - v) * cage.positions[q[1]] +
+                                  u * v * cage.positions[q[2]] + (1 - u) * v * cage.positions[q[3]];
+      }
+  for (Vec3d& each : at) each += Vec3d(off(random), off(random), off(random));
+  PatchSurface surface;
+  surface.cage = cage;
+  surface.patches = net.patches();
+  for (const Weights& weights : net.points()) {
+    Vec3d sum = Vec3d::Zero();
+    for (const auto& [vertex, weight] : weights) sum += weight * at[vertex];
+    surface.points.push_back(sum);
+  }
+  return surface;
+}
+
+TEST(QuadTopology, KnowsWhatIsBesideWhat) {
+  const QuadMesh mesh = steps();
+  const QuadTopology topology(mesh.positions.size(), mesh.quads);
+  EXPECT_EQ(topology.edges().size(), 2 * mesh.quads.size());
+  size_t spokes = 0, most = 0;
+  for (uint32_t v = 0; v < topology.vertexCount(); ++v) {
+    const size_t n = topology.valence(v);
+    spokes += n;
+    most = std::max(most, n);
+    for (size_t k = 0; k < n; ++k) {
+      const QuadTopology::Spoke &one = topology.spokes(v)[k], &next = topology.spokes(v)[(k + 1) % n];
+      EXPECT_EQ(mesh.quads[one.quad][one.corner], v);
+      EXPECT_EQ(topology.edgeOf(one.quad, one.corner), one.edge);
+      // Between this edge and the next lies this quad.
+      EXPECT_EQ(topology.edgeOf(one.quad, (one.corner + 3) & 3), next.edge);
+      EXPECT_EQ(one.outward ? topology.edges()[one.edge].from : topology.edges()[one.edge].to, v);
+    }
+  }
+  EXPECT_EQ(spokes, 4 * mesh.quads.size());
+  EXPECT_GE(most, 5u);
+  EXPECT_GT(topology.irregular(), 8u);
+}
+
+TEST(QuadTopology, RefusesWhatIsNotClosed) {
+  QuadMesh mesh = cube(3);
+  mesh.quads.pop_back();
+  EXPECT_THROW(QuadTopology(mesh.positions.size(), mesh.quads), Error);
+  mesh = cube(3);
+  std::swap(mesh.quads[0][1], mesh.quads[0][3]);
+  EXPECT_THROW(QuadTopology(mesh.positions.size(), mesh.quads), Error);
+  mesh = cube(3);
+  mesh.quads[0][0] = 1 << 20;
+  EXPECT_THROW(QuadTopology(mesh.positions.size(), mesh.quads), Error);
+}
+
+TEST(PatchNet, WeightsAddUpToOne) {
+  const QuadMesh mesh = steps();
+  const PatchNet net(QuadTopology(mesh.positions.size(), mesh.quads));
+  for (const Weights& weights : net.points()) {
+    double sum = 0;
+    for (const auto& each : weights) sum += each.second;
+    EXPECT_NEAR(sum, 1, 1e-12);
+  }
+}
+
+// Whatever the net is: across every side one tangent plane, at 33 places of each.
+TEST(PatchNet, HasOneTangentPlaneAcrossEverySide) {
+  for (const QuadMesh& mesh : {cube(3), steps()}) {
+    const QuadTopology topology(mesh.positions.size(), mesh.quads);
+    const PatchSurface surface = anyPatches(mesh, 3, 0.6);
+    double widest = 0, gap = 0;
+    for (const QuadTopology::Edge& edge : topology.edges())
+      for (int k = 0; k <= 32; ++k) {
+        Vec3d normal[2], place[2];
+        for (size_t side = 0; side < 2; ++side) {
+          const double along = kPatchSpans * (side == 0 ? k : 32 - k) / 32.0;
+          double u = 0, v = 0;
+          switch (edge.side[side]) {
+            case 0:
+              u = along;
+              break;
+            case 1:
+              u = kPatchSpans, v = along;
+              break;
+            case 2:
+              u = kPatchSpans - along, v = kPatchSpans;
+              break;
+            default:
+              v = kPatchSpans - along;
+          }
+          const PatchSurface::Tangents t = surface.tangentsAt(edge.quad[side], u, v);
+          normal[side] = t.u.cross(t.v).normalized();
+          place[side] = surface.at(edge.quad[side], u, v);
+        }
+        widest = std::max(widest, std::atan2(normal[0].cross(normal[1]).norm(), normal[0].dot(normal[1])));
+        gap = std::max(gap, (place[0] - place[1]).norm());
+      }
+    EXPECT_LT(widest * 180 / std::numbers::pi, 1e-5);
+    EXPECT_LT(gap, 1e-12);
+  }
+}
+
+TEST(PatchNet, TangentsAreThoseOfItsPlaces) {
+  const PatchSurface surface = anyPatches(steps(), 5, 0.5);
+  const double h = 1e-6;
+  for (uint32_t f = 0; f < surface.patches.size(); f += 7)
+    for (const auto& [u, v] : {std::pair{0.3, 0.2}, {1.7, 3.9}, {2.5, 1.01}, {3.6, 2.2}}) {
+      const PatchSurface::Tangents t = surface.tangentsAt(f, u, v);
+      EXPECT_LT((t.u - (surface.at(f, u + h, v) - surface.at(f, u - h, v)) / (2 * h)).norm(), 1e-5);
+      EXPECT_LT((t.v - (surface.at(f, u, v + h) - surface.at(f, u, v - h)) / (2 * h)).norm(), 1e-5);
+    }
+}
+
+TEST(PatchNet, MeshOfItIsClosed) {
+  const TopologyReport report = checkTopology(meshOf(anyPatches(steps(), 1, 0.2), 3));
+  EXPECT_TRUE(report.closed());
+}
+
+TEST(CoarseCage, IsClosedAndAsFineAsAskedWithTheClaysShape) {
+  const Version ring = makeTorus(Store::make(), grid(), Vec3d::Zero(), 25, 8);
+  for (const size_t most : {100u, 400u, 1500u}) {
+    const CoarseCage cage = coarseCage(ring, most, WorkPart(nullptr));
+    EXPECT_LE(cage.mesh.quads.size(), most);
+    EXPECT_GE(cage.mesh.quads.size(), most / 2);
+    EXPECT_EQ(cage.clayShape, 0);  // one body, one handle
+    EXPECT_EQ(cage.shape, 0);
+    EXPECT_NO_THROW(QuadTopology(cage.mesh.positions.size(), cage.mesh.quads));
+  }
+  EXPECT_THROW((void)coarseCage(ring, 20, WorkPart(nullptr)), Error);
+  EXPECT_THROW((void)coarseCage(Version::empty(Store::make(), grid()), 100, WorkPart(nullptr)), Error);
+}
+
+TEST(FitPatches, LieOnABallAndARing) {
+  const Version ball = makeSphere(Store::make(), grid(), Vec3d::Zero(), 30);
+  const FittedPatches fitted = fitPatches(ball, 150, 2, WorkPart(nullptr));
+  double most = 0;
+  for (uint32_t f = 0; f < fitted.surface.patches.size(); ++f)
+    for (double u = 0; u <= 4; u += 0.25)
+      for (double v = 0; v <= 4; v += 0.25) most = std::max(most, std::abs(fitted.surface.at(f, u, v).norm() - 30));
+  std::printf("ball of 30 mm, %zu faces: %.4f mm at most; said %.4f, bound %.4f\n", fitted.surface.patches.size(), most,
+              fitted.deviation.fromPatches.max, fitted.deviation.boundMm);
+  EXPECT_LT(most, 0.03);
+  EXPECT_GE(fitted.deviation.boundMm, most);
+  EXPECT_NEAR(fitted.deviation.fromPatches.max, most, 0.01);
+  EXPECT_LT(fitted.deviation.fromClay.max, 0.03);
+
+  const Version ring = makeTorus(Store::make(), grid(), Vec3d::Zero(), 25, 8);
+  const FittedPatches around = fitPatches(ring, 300, 2, WorkPart(nullptr));
+  EXPECT_LT(around.deviation.fromPatches.max, 0.06);
+  EXPECT_LT(around.deviation.fromClay.max, 0.06);
+}
+
+// What is said of a surface that lies off is that it does.
+TEST(PatchDeviation, SeesBothWays) {
+  const Version ball = makeSphere(Store::make(), grid(), Vec3d::Zero(), 20);
+  FittedPatches fitted = fitPatches(ball, 120, 2, WorkPart(nullptr));
+  Surface surface(false);
+  surface.update(combine(ball, makeSphere(Store::make(), grid(), {0, 0, 21}, 5), Combination::join));
+  const PatchDeviation off = deviationOf(fitted.surface, surface.toMesh(), 4, 2, WorkPart(nullptr));
+  EXPECT_NEAR(off.fromClay.max, 6, 0.1);
+  EXPECT_NEAR(off.fromClay.worstMm.z(), 26, 0.3);
+  EXPECT_LT(off.fromPatches.max, 5);
+  for (Vec3d& each : fitted.surface.points) each *= 1.05;
+  surface.update(ball);
+  const PatchDeviation larger = deviationOf(fitted.surface, surface.toMesh(), 4, 2, WorkPart(nullptr));
+  EXPECT_NEAR(larger.fromPatches.p99, 1, 0.05);
+}
+
+}  // namespace
+}  // namespace argil::clay

@@ -1,0 +1,195 @@
+// Carving that stops where a wall would become too thin.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "clay/brush/brush.h"
+#include "clay/field/loose_parts.h"
+#include "clay/field/primitives.h"
+#include "clay/store/sampler.h"
+#include "clay/store/store.h"
+#include "clay/surface/surface.h"
+#include "clay/surface/wall_map.h"
+#include "clay/whole/boolean.h"
+#include "clay/whole/offset.h"
+
+namespace argil::clay {
+namespace {
+
+Grid grid() {
+  Grid grid;
+  grid.voxelMm = 1;  // so that mm are voxels
+  return grid;
+}
+Version block(const Vec3d& at, const Vec3d& size) {
+  return makeBlock(Store::make(), grid(), at, size, 0);
+}
+
+std::shared_ptr<const Brush> carving(double leastWall) {
+  auto brush = std::make_shared<Brush>(*Brush::of(Method::carve));
+  brush->leastWall = static_cast<float>(leastWall);
+  return brush;
+}
+Stamp stampOf(const Vec3d& a, const Vec3d& b, double radius) {
+  Stamp stamp;
+  stamp.a = a;
+  stamp.b = b;
+  stamp.radius = radius;
+  return stamp;
+}
+/// Stamps a fifth of the radius apart, as tools have them.
+Version carve(const Version& clay, double leastWall, const std::vector<Vec3d>& way, double radius,
+              bool publishes = false) {
+  BrushStroke stroke(clay, carving(leastWall));
+  Vec3d last = way[0];
+  stroke.apply(stampOf(last, last, radius));
+  for (size_t i = 1; i < way.size(); ++i) {
+    const int steps = std::max(1, static_cast<int>((way[i] - way[i - 1]).norm() / (0.2 * radius)));
+    for (int k = 1; k <= steps; ++k) {
+      const Vec3d next = way[i - 1] + (way[i] - way[i - 1]) * k / steps;
+      stroke.apply(stampOf(last, next, radius));
+      last = next;
+      if (publishes) (void)stroke.publish();
+    }
+  }
+  return stroke.finish();
+}
+
+constexpr int kRim = 8;  // vertices
+
+/// The least wall between faces that are parallel within 18°: the wedges that a ball leaves are wider; infinity where
+/// none is below the limit.
+double leastWall(const Version& clay, double limit) {
+  Surface surface;
+  WallMap map(limit, 0);
+  map.follow(surface.update(clay, 2), 2);
+  std::vector<double> walls;
+  surface.forEach([&](const BrickMesh& mesh) {
+    const std::span<const float> sizes = map.sizes(mesh.brick, SideOf::wall);
+    for (const WallMap::Partner& each : map.partners(mesh.brick, SideOf::wall)) {
+      const Vec3f here = mesh.normals[each.vertex].unpack(),
+                  there = surface.find(each.brick)->normals[each.other].unpack();
+      if (here.dot(there) < -0.95f) walls.push_back(sizes[each.vertex]);
+    }
+  });
+  // At the rim of a wedge normals are those of neither face: a wall has more places than that.
+  if (walls.size() < kRim) return INFINITY;
+  std::nth_element(walls.begin(), walls.begin() + kRim - 1, walls.end());
+  return walls[kRim - 1];
+}
+
+// How thick the clay is along a line of sight: what a hole would make zero.
+double thickAlong(const Version& clay, const Vec3d& from, const Vec3d& way, double length) {
+  Sampler sampler(clay);
+  double thick = 0;
+  for (double t = 0; t < length; t += 0.05) thick += sampler.trilinear(from + t * way) < 0 ? 0.05 : 0;
+  return thick;
+}
+
+TEST(WallLimit, LeavesAWallHoweverFarTheToolIsPushed) {
+  const Version plate = block({0, 0, 0}, {80, 80, 16});
+  for (const double deep : {9.0, 4.0, -9.0, -40.0}) {
+    SCOPED_TRACE(deep);
+    const std::vector<Vec3d> way{{0.3, 0.2, 30}, {0.3, 0.2, deep}, {14.3, 3.2, deep}};
+    const Version free = carve(plate, 0, way, 8), limited = carve(plate, 6, way, 8);
+    const double through = thickAlong(free, {0.3, 0.2, -40}, Vec3d::UnitZ(), 80),
+                 left = thickAlong(limited, {0.3, 0.2, -40}, Vec3d::UnitZ(), 80);
+    EXPECT_NEAR(left, std::max(6.0, deep - 8 + 8), 0.15) << "without: " << through;
+    EXPECT_NEAR(thickAlong(limited, {10.3, 2.2, -40}, Vec3d::UnitZ(), 80), left, 0.15);
+    EXPECT_GE(leastWall(limited, 8), 5.9);
+  }
+}
+
+// Where nothing would become too thin the stroke is the same to the bit; a corner, an edge and the rim of a groove are
+// no walls.
+TEST(WallLimit, ChangesNothingWhereNoWallIsNear) {
+  const Version thick = block({0, 0, 0}, {80, 80, 60});
+  const std::vector<std::vector<Vec3d>> ways{{{-20, 3, 31}, {20, 8, 31}},                   // shallow
+                                             {{-20, 3, 24}, {20, 8, 24}},                   // as deep as wide
+                                             {{40, 40, 44}, {40, 40, 26}},                  // the corner
+                                             {{-20, 50, 29}, {-20, 39, 29}, {20, 39, 29}},  // an edge
+                                             {{0, 0, 34}, {0, 0, 12}, {9, 0, 12}}};         // a pit
+  for (size_t i = 0; i < ways.size(); ++i)
+    EXPECT_EQ(carve(thick, 7, ways[i], 8).hash(), carve(thick, 0, ways[i], 8).hash()) << i;
+}
+
+TEST(WallLimit, DoesNotTouchWhatIsTooThinAlready) {
+  const Version plate = block({0, 0, 0}, {80, 80, 5});
+  EXPECT_EQ(carve(plate, 6, {{0, 0, 20}, {0, 0, -20}, {20, 0, 0}}, 8).hash(), plate.hash());
+  EXPECT_NE(carve(plate, 3, {{0, 0, 20}, {0, 0, -20}, {20, 0, 0}}, 8).hash(), plate.hash());
+}
+
+TEST(WallLimit, HoldsFromBothSidesAndUnderARoof) {
+  Version plate = block({0, 0, 0}, {80, 80, 30});
+  plate = carve(plate, 5, {{0, 0, 30}, {0, 0, -30}}, 8);
+  // From below, into what is left and beside it.
+  plate = carve(plate, 5, {{3, 0, -40}, {3, 0, 10}, {-20, 0, 10}}, 6);
+  EXPECT_GE(leastWall(plate, 7), 4.9);
+  // A tunnel from the side that would come out at the top.
+  const Version tunnel = carve(plate, 5, {{-60, 20, -2}, {-30, 20, -2}, {-10, 20, 30}}, 5);
+  EXPECT_NE(tunnel.hash(), plate.hash());
+  EXPECT_GE(leastWall(tunnel, 7), 4.9);
+  EXPECT_NEAR(thickAlong(tunnel, {-15, 20, 5}, Vec3d::UnitZ(), 20), 10, 5.2);
+}
+
+TEST(WallLimit, ATipThatBeginsDeepInTheClayCutsNothing) {
+  const Version thick = block({0, 0, 0}, {120, 120, 120});
+  EXPECT_EQ(carve(thick, 3, {{0, 0, 0}, {5, 0, 0}}, 4).hash(), thick.hash());
+}
+
+TEST(WallLimit, DoesNotDependOnWhatIsPublished) {
+  const Version plate = block({0, 0, 0}, {80, 80, 24});
+  const std::vector<Vec3d> way{{0.3, 0.2, 30}, {0.3, 0.2, -9}, {14.3, 3.2, -2}, {20, 20, 30}, {-10, 10, -30}};
+  EXPECT_EQ(carve(plate, 6, way, 8, true).hash(), carve(plate, 6, way, 8, false).hash());
+}
+
+TEST(WallLimit, MirrorImagesLeaveAWallBetweenThem) {
+  const Version bar = block({0, 0, 0}, {60, 40, 40});
+  BrushStroke stroke(bar, carving(6));
+  for (double x = 45; x > 0; x -= 1.5) {
+    const Stamp one = stampOf({x, 0, 0}, {x - 1.5, 0, 0}, 8), other = stampOf({-x, 0, 0}, {1.5 - x, 0, 0}, 8);
+    const Stamp images[] = {one, other};
+    stroke.apply(images);
+  }
+  const Version cut = stroke.finish();
+  EXPECT_NEAR(thickAlong(cut, {-40, 0, 0}, Vec3d::UnitX(), 80), 6, 0.5);
+  EXPECT_GE(leastWall(cut, 8), 5.9);
+}
+
+// Any stroke on any shape.
+TEST(WallLimit, HoldsOnAnyShapeFromAnySide) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> share(-1, 1);
+  const auto direction = [&] {
+    for (;;)
+      if (const Vec3d d(share(random), share(random), share(random)); d.norm() > 0.1 && d.norm() < 1)
+        return Vec3d(d.normalized());
+  };
+  const std::vector<std::pair<const char*, Version>> shapes{
+      {"ball", makeSphere(Store::make(), grid(), {0, 0, 0}, 30)},
+      {"ring", makeTorus(Store::make(), grid(), {0, 0, 0}, 30, 13)},
+      {"shell", shell(makeSphere(Store::make(), grid(), {0, 0, 0}, 36), 16, 0)},
+      {"ellipsoid", makeEllipsoid(Store::make(), grid(), {0, 0, 0}, {40, 26, 17})},
+      {"two", combine(makeSphere(Store::make(), grid(), {-14, 0, 0}, 22), block({16, 0, 0}, {36, 30, 26}),
+                      Combination::join)}};
+  int changed = 0;
+  for (const auto& [name, clay] : shapes)
+    for (int i = 0; i < 6; ++i) {
+      SCOPED_TRACE(std::string(name) + " " + std::to_string(i));
+      const double wall = 3 + 3 * (1 + share(random)), radius = 3 + 5 * (1 + share(random));
+      std::vector<Vec3d> way{60 * direction()};
+      for (int k = 0; k < 3; ++k) way.push_back(15 * direction());
+      const Version cut = carve(clay, wall, way, radius);
+      changed += cut.hash() != clay.hash();
+      // Where tip and surface almost touch there are flakes of a few voxels, as without a limit.
+      EXPECT_GE(leastWall(removeCrumbs(cut, 20).version, wall + 1), wall - 0.1)
+          << "wall " << wall << ", radius " << radius;
+    }
+  EXPECT_GE(changed, 25);
+}
+
+}  // namespace
+}  // namespace argil::clay
