@@ -123,7 +123,7 @@ TEST(Step, NumbersAreTheVeryDoublesAndHaveAPoint) {
     std::string number;
     for (int k = 0; std::getline(in, number, ','); ++k) {
       EXPECT_TRUE(std::regex_match(number, real)) << number;
-      ASSERT_EQ(std::stod(number), surface.points[index - 2][k]) << number;
+      ASSERT_EQ(std::strtod(number.c_str(), nullptr), surface.points[index - 2][k]) << number;
     }
   }
   EXPECT_EQ(index, surface.points.size() + 1);
