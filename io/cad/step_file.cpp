@@ -113,7 +113,42 @@ constexpr std::string_view kKnots = "(4,2,2,2,4),(0.,1.,2.,3.,4.)";
 constexpr std::string_view kSurfaceKnots = "(4,2,2,2,4),(4,2,2,2,4),(0.,1.,2.,3.,4.),(0.,1.,2.,3.,4.)";
 static_assert(clay::kPatchSpans == 4, "the knots above");
 
-size_t writeBody(Writer& out, const StepBody& body, double from, double to) {
+// Faces that hang together, and the volume that they bound: below zero around a cavity.
+struct Shell {
+  std::vector<uint32_t> quads;
+  double volume = 0;
+  Vec3d low = Vec3d::Constant(INFINITY), high = Vec3d::Constant(-INFINITY);
+  [[nodiscard]] bool within(const Shell& other) const {
+    return (low.array() >= other.low.array()).all() && (high.array() <= other.high.array()).all();
+  }
+};
+std::vector<Shell> shellsOf(const clay::PatchSurface& surface, const clay::QuadTopology& topology) {
+  std::vector<Shell> shells;
+  std::vector<uint8_t> taken(surface.patches.size(), 0);
+  for (uint32_t first = 0; first < taken.size(); ++first) {
+    if (taken[first]) continue;
+    Shell& shell = shells.emplace_back();
+    std::vector<uint32_t> todo{first};
+    taken[first] = 1;
+    while (!todo.empty()) {
+      const uint32_t f = todo.back();
+      todo.pop_back();
+      shell.quads.push_back(f);
+      for (int s = 0; s < 4; ++s)
+        for (const uint32_t next : topology.edges()[topology.edgeOf(f, s)].quad)
+          if (!taken[next]) taken[next] = 1, todo.push_back(next);
+      const auto corner = [&](size_t s) { return surface.points[topology.quads()[f][s]]; };
+      shell.volume += (corner(0).dot(corner(1).cross(corner(2))) + corner(0).dot(corner(2).cross(corner(3)))) / 6;
+      for (size_t s = 0; s < 4; ++s)
+        shell.low = shell.low.cwiseMin(corner(s)), shell.high = shell.high.cwiseMax(corner(s));
+    }
+    std::sort(shell.quads.begin(), shell.quads.end());
+  }
+  return shells;
+}
+
+// A solid for each body of it, with its cavities.
+std::vector<size_t> writeBody(Writer& out, const StepBody& body, double from, double to) {
   const clay::PatchSurface& surface = *body.surface;
   const clay::QuadTopology topology(surface.cage.positions.size(), surface.cage.quads);
   std::vector<size_t> points(surface.points.size());
@@ -152,9 +187,34 @@ size_t writeBody(Writer& out, const StepBody& body, double from, double to) {
     const size_t bound = out.entity("FACE_OUTER_BOUND('',#{},.T.)", loop);
     faces.push_back(out.entity("ADVANCED_FACE('',(#{}),#{},.T.)", bound, patch));
   }
-  const size_t shell = out.entity("CLOSED_SHELL('',{})", listOf(faces));
+  const auto closed = [&](const Shell& shell) {
+    std::vector<size_t> own;
+    for (const uint32_t f : shell.quads) own.push_back(faces[f]);
+    return out.entity("CLOSED_SHELL('',{})", listOf(own));
+  };
+  const std::vector<Shell> shells = shellsOf(surface, topology);
+  // A cavity belongs to the smallest body around it.
+  std::vector<std::vector<size_t>> cavities(shells.size());
+  for (const Shell& cavity : shells) {
+    if (cavity.volume > 0) continue;
+    size_t around = shells.size();
+    for (size_t k = 0; k < shells.size(); ++k)
+      if (shells[k].volume > 0 && cavity.within(shells[k]) &&
+          (around == shells.size() || shells[k].volume < shells[around].volume))
+        around = k;
+    if (around < shells.size())
+      cavities[around].push_back(out.entity("ORIENTED_CLOSED_SHELL('',*,#{},.T.)", closed(cavity)));
+  }
+  std::vector<size_t> solids;
+  for (size_t k = 0; k < shells.size(); ++k) {
+    if (!(shells[k].volume > 0)) continue;
+    const size_t outer = closed(shells[k]);
+    solids.push_back(cavities[k].empty()
+                         ? out.entity("MANIFOLD_SOLID_BREP({},#{})", quoted(body.name), outer)
+                         : out.entity("BREP_WITH_VOIDS({},#{},{})", quoted(body.name), outer, listOf(cavities[k])));
+  }
   out.step(to);
-  return out.entity("MANIFOLD_SOLID_BREP({},#{})", quoted(body.name), shell);
+  return solids;
 }
 
 }  // namespace
@@ -196,14 +256,17 @@ void writeStep(AtomicFile& file, const std::string& name, std::span<const StepBo
   std::vector<size_t> styles;
   for (size_t i = 0; i < bodies.size(); ++i) {
     const StepBody& body = bodies[i];
-    const size_t brep = writeBody(out, body, double(i) / double(bodies.size()), double(i + 1) / double(bodies.size()));
+    const std::vector<size_t> solids =
+        writeBody(out, body, double(i) / double(bodies.size()), double(i + 1) / double(bodies.size()));
     const size_t product = out.entity("PRODUCT({0},{0},'',(#{1}))", quoted(body.name), context);
     (void)out.entity("PRODUCT_RELATED_PRODUCT_CATEGORY('part',$,(#{}))", product);
     const size_t formation = out.entity("PRODUCT_DEFINITION_FORMATION('','',#{})", product);
     const size_t definition = out.entity("PRODUCT_DEFINITION('design','',#{},#{})", formation, definitionContext);
     const size_t shape = out.entity("PRODUCT_DEFINITION_SHAPE('','',#{})", definition);
+    std::vector<size_t> items{axes};
+    items.insert(items.end(), solids.begin(), solids.end());
     const size_t representation =
-        out.entity("ADVANCED_BREP_SHAPE_REPRESENTATION({},(#{},#{}),#{})", quoted(body.name), axes, brep, space);
+        out.entity("ADVANCED_BREP_SHAPE_REPRESENTATION({},{},#{})", quoted(body.name), listOf(items), space);
     (void)out.entity("SHAPE_DEFINITION_REPRESENTATION(#{},#{})", shape, representation);
     if (!body.colour) continue;
     std::string rgb;
@@ -218,7 +281,7 @@ void writeStep(AtomicFile& file, const std::string& name, std::span<const StepBo
     const size_t side = out.entity("SURFACE_SIDE_STYLE('',(#{}))", style);
     const size_t usage = out.entity("SURFACE_STYLE_USAGE(.BOTH.,#{})", side);
     const size_t assigned = out.entity("PRESENTATION_STYLE_ASSIGNMENT((#{}))", usage);
-    styles.push_back(out.entity("STYLED_ITEM('',(#{}),#{})", assigned, brep));
+    for (const size_t brep : solids) styles.push_back(out.entity("STYLED_ITEM('',(#{}),#{})", assigned, brep));
   }
   if (!styles.empty())
     (void)out.entity("MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION('',{},#{})", listOf(styles), space);

@@ -13,7 +13,7 @@
 
 namespace argil::io {
 
-/// One closed solid.
+/// A closed surface.
 struct StepBody {
   std::string name;
   const clay::PatchSurface* surface = nullptr;
@@ -24,9 +24,10 @@ struct StepBody {
 /// Whether a file's ending says STEP.
 [[nodiscard]] bool isStep(const std::filesystem::path& file);
 
-/// AP214 in mm (ISO 10303-214, written as ISO 10303-21 says): a product with a solid for each body; one B-spline face a
-/// patch. What patches share (corners, sides, control points) is in the file once, so that no gap can open between
-/// them. Numbers with 17 digits: the very doubles. Throws Error for no body and what is not finite, Cancelled.
+/// AP214 in mm (ISO 10303-214, written as ISO 10303-21 says): a product for each body, with a solid
+/// for each of its parts that hangs together, cavities within it; one B-spline face a patch. What patches share
+/// (corners, sides, control points) is in the file once, so that no gap can open between them. Numbers with 17 digits:
+/// the very doubles. Throws Error for no body and what is not finite, Cancelled.
 void writeStep(AtomicFile& file, const std::string& name, std::span<const StepBody> bodies, Job* job = nullptr);
 
 }  // namespace argil::io

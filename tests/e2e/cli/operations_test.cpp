@@ -123,6 +123,19 @@ std::map<std::string, Case> cases() {
       {"remove-crumbs",
        {ball("Crumb", 2, "[20,0,0]") +
         R"({"operation":"join","pieces":["Clay","Crumb"]},{"operation":"remove-crumbs","below_mm3":100})"}},
+      {"infill",
+       {R"({"operation":"shell","inner_mm":2},{"operation":"infill","kind":"struts","density_percent":20,"wall_mm":1})",
+        kBall - 0.8 * ballOf(6), 0.02, 2, 1, [](const json& r) { EXPECT_EQ(r["notes"].size(), 1u); }}},
+      {"drain",
+       {R"({"operation":"shell","inner_mm":2},{"operation":"drain","diameter_mm":3,"plugs":true})", kBall - ballOf(6),
+        0.03, 3, 3, [](const json& r) { EXPECT_EQ(r["pieces"][1]["name"], "Clay, plug 1"); }}},
+      {"cut-pegs",
+       {R"({"operation":"cut-pegs","plane":[0,0,0,0,0,1],"pegs":1})", kBall, 0.05, 2, 2,
+        [](const json& r) {
+          EXPECT_EQ(r["pieces"][1]["name"], "Clay, other side");
+          EXPECT_NEAR(r["pieces"][0]["surface"]["low_mm"][2].get<double>(), 0, 0.1);
+          EXPECT_GT(r["pieces"][1]["surface"]["high_mm"][2].get<double>(), 1.5);
+        }}},
       {"cut-plane",
        {R"({"operation":"cut-plane","plane":[0,0,2,0,0,1],"keep":0})", kBall, 0.01, 2, 2,
         [](const json& r) { EXPECT_NEAR(r["pieces"][0]["surface"]["low_mm"][2].get<double>(), 2, 0.1); }}},

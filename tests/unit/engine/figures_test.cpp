@@ -7,8 +7,10 @@
 #include <cctype>
 #include <cmath>
 
+#include "clay/base/error.h"
 #include "clay/field/primitives.h"
 #include "clay/store/store.h"
+#include "clay/whole/offset.h"
 #include "engine/models/prepare_clay.h"
 #include "engine/session/run.h"
 #include "engine/tools/piece_jobs.h"
@@ -174,8 +176,11 @@ TEST(Figures, EveryToolMakesWhatItMade) {
 
 TEST(Figures, EveryOperationMakesWhatItMade) {
   KeptFigures kept(keptIn("operation.txt"));
-  const Document clay = figureClay();
+  const Document whole = figureClay();
+  Document hollow = whole;
+  hollow.pieces[0].version = clay::shell(hollow.pieces[0].version, 2, 0);
   const auto run = [&](const std::string& name, const PieceJob& row, PieceArguments arguments) {
+    const Document& clay = row.id == "infill" || row.id == "drain" ? hollow : whole;
     if (row.pieces == 2) arguments.pieces = {clay.pieces[0].id, clay.pieces[1].id};
     arguments.plane = {Vec3d(1, 0.5, 0.2), Vec3d(0.3, 0.2, 1)};
     arguments.directionMm = Vec3d(0.1, 0.2, -1);
@@ -198,7 +203,12 @@ TEST(Figures, EveryOperationMakesWhatItMade) {
       }
     }
     std::vector<double> figures;
-    const PieceResult result = runPieceJob(row, clay, arguments);
+    PieceResult result;
+    try {
+      result = runPieceJob(row, clay, arguments);
+    } catch (const Error&) {
+      return kept.expect(name, {-1});  // A wall below two voxels: refused.
+    }
     Document after = clay;
     applyPieceResult(result, clay, after);
     for (const Piece& piece : after.pieces) {
@@ -218,7 +228,7 @@ TEST(Figures, EveryOperationMakesWhatItMade) {
   };
   for (const PieceJob& row : pieceJobs()) {
     const std::string id(row.id);
-    PieceArguments standard = standardArguments(row, clay);
+    PieceArguments standard = standardArguments(row, whole);
     run(id, row, standard);
     if (row.takesCurve && !row.takesBox) {
       PieceArguments arguments = standard;

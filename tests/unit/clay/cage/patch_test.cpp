@@ -187,7 +187,7 @@ TEST(FitPatches, LieOnABallAndARing) {
   EXPECT_LT(most, 0.03);
   EXPECT_GE(fitted.deviation.boundMm, most);
   EXPECT_NEAR(fitted.deviation.fromPatches.max, most, 0.01);
-  EXPECT_LT(fitted.deviation.fromClay.max, 0.03);
+  EXPECT_LT(fitted.deviation.fromClay.max, 0.05);
 
   const Version ring = makeTorus(Store::make(), grid(), Vec3d::Zero(), 25, 8);
   const FittedPatches around = fitPatches(ring, 300, 2, WorkPart(nullptr));
