@@ -30,7 +30,7 @@ struct FittedPatches {
 
 /// A cage of at most `most` quads, and one patch for each, as near to the clay as they come: least squares of the
 /// patches themselves, without a conversion behind them, to nearest places of the clay's surface that are looked for
-/// again and again. Throws as coarseCage(). Cost: about 20 ms a quad.
+/// again and again. Throws as coarseCage(). Cost: about 40 ms a quad.
 [[nodiscard]] FittedPatches fitPatches(const Version& version, size_t most, int threads, const WorkPart& part);
 
 /// Both ways, at `perSpan`² places a span and at every vertex of the clay's mesh.
