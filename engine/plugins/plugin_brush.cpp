@@ -217,10 +217,10 @@ std::unique_ptr<PluginProcess> PluginProcesses::take(int threads) {
 void PluginProcesses::giveBack(std::unique_ptr<PluginProcess> process) {
   if (!process) return;
   const std::lock_guard lock(mutex_);
-  if (!process->alive())
-    ++faults_;
-  else if (!process->goesLast())
+  if (process->alive())
     waiting_.push_back(std::move(process));
+  else
+    ++faults_;
 }
 
 uint64_t PluginProcesses::started() const {

@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 #include <signal.h>
 #include <sys/mman.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -14,13 +13,11 @@
 #include <cerrno>
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <new>
 #include <utility>
 
-#include "engine/document/jobs.h"
 #include "io/bytes/input.h"
 #include "io/sandbox/sandbox.h"
 #include "plugins/runner/futex.h"
@@ -36,7 +33,6 @@ constexpr int64_t kLookNs = 2'000'000;  // between two looks at a process that h
 constexpr int64_t kSoonNs = 200'000;    // A batch of a stamp takes about that; waking up half as much.
 constexpr double kLongestLookS = 0.02;  // that counts of the time between them
 constexpr double kMakesUp = 10;         // seconds of sleep for one of computing
-constexpr double kLateS = 0.03;         // of a stamp, and each of its threads: many times what it takes
 
 double seconds(Clock::duration d) {
   return std::chrono::duration<double>(d).count();
@@ -50,19 +46,14 @@ double processorSeconds(pid_t pid) {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-// The threads of a process, by their names in /proc.
-std::vector<std::string> threadsOf(pid_t pid) {
-  std::vector<std::string> ids;
-  const std::unique_ptr<DIR, int (*)(DIR*)> folder(::opendir(fmt::format("/proc/{}/task", pid).c_str()), ::closedir);
-  while (const dirent* each = folder ? ::readdir(folder.get()) : nullptr)
-    if (each->d_name[0] != '.') ids.emplace_back(each->d_name);
-  return ids;
-}
-
 // Whether some thread of a process computes or waits for a processor, or the disk that its memory went to.
 bool computes(pid_t pid) {
-  for (const std::string& each : threadsOf(pid)) {
-    std::ifstream in(fmt::format("/proc/{}/task/{}/stat", pid, each));
+  const std::string folder = fmt::format("/proc/{}/task", pid);
+  const std::unique_ptr<DIR, int (*)(DIR*)> threads(::opendir(folder.c_str()), ::closedir);
+  if (!threads) return false;
+  while (const dirent* each = ::readdir(threads.get())) {
+    if (each->d_name[0] == '.') continue;
+    std::ifstream in(fmt::format("{}/{}/stat", folder, each->d_name));
     std::string line;
     std::getline(in, line);
     const size_t name = line.rfind(')');
@@ -70,12 +61,6 @@ bool computes(pid_t pid) {
       return true;
   }
   return false;
-}
-
-// The hand and the picture go first. Linux keeps this by thread, and gives no way back without rights.
-void letGoLast(pid_t pid) {
-  for (const std::string& each : threadsOf(pid))
-    (void)::setpriority(PRIO_PROCESS, static_cast<id_t>(std::strtol(each.c_str(), nullptr, 10)), BackgroundJob::kNice);
 }
 
 }  // namespace
@@ -183,7 +168,6 @@ void PluginProcess::ask() {
 void PluginProcess::begin(plugin::Command command) {
   if (ended_) throw PluginError(*ended_);
   channel().command = command;
-  isStamp_ = command == plugin::Command::bricks;
   before_ = channel().answered.load();
   ask();
 }
@@ -197,8 +181,6 @@ void PluginProcess::finish() {
 void PluginProcess::run(plugin::Command command, const std::function<uint64_t(plugin::Upcall)>& serve, Job* job,
                         double share) {
   if (ended_) throw PluginError(*ended_);
-  letGoLast(pid());
-  isStamp_ = false;
   Channel& shared = channel();
   shared.command = command;
   shared.cancel.store(0);
@@ -273,7 +255,6 @@ void PluginProcess::waitFor(uint32_t before, double most, double silentS, Job* j
   const double began = processorSeconds(pid());
   Clock::time_point lastLook = Clock::now();
   double sleptS = 0;
-  bool late = false;
   for (;;) {
     if (const auto status = process_->ended()) {
       if (shared.answered.load() != before && shared.refusal != plugin::Refusal::none) return;
@@ -289,7 +270,6 @@ void PluginProcess::waitFor(uint32_t before, double most, double silentS, Job* j
     const double computedS = processorSeconds(pid()) - began;
     if (computedS > most)
       end(PluginFault::hung, fmt::format("computed for more than {:.2g} s without an answer and was stopped", most));
-    if (isStamp_ && !late && computedS > kLateS * threads_) late = true, letGoLast(pid());
     // When nobody looked for long, all that is known is that it sleeps now.
     if (!computes(pid())) sleptS += std::min(seconds(now - lastLook), kLongestLookS);
     lastLook = now;
@@ -313,11 +293,6 @@ void PluginProcess::failEnd(int status) {
                                                         : "";
   end(PluginFault::crashed, WIFSIGNALED(status) ? fmt::format("crashed{} ({})", when, ::strsignal(WTERMSIG(status)))
                                                 : fmt::format("ended its process{}", when));
-}
-
-bool PluginProcess::goesLast() const {
-  return ::getpriority(PRIO_PROCESS, static_cast<id_t>(pid())) >
-         ::getpriority(PRIO_PROCESS, static_cast<id_t>(::getpid()));
 }
 
 bool PluginProcess::alive() {

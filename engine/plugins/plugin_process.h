@@ -87,9 +87,6 @@ class PluginProcess {
   [[noreturn]] void end(PluginFault fault, const std::string& what);
 
   [[nodiscard]] bool alive();
-  /// Whether it gets less of a busy processor than we do: once it was late with a stamp or did work that takes its
-  /// time. It is too slow for a hand then, for ever.
-  [[nodiscard]] bool goesLast() const;
   [[nodiscard]] pid_t pid() const { return process_->pid(); }
   /// The first system call that it was refused, in words; empty: none was.
   [[nodiscard]] std::string refusedCall() const;
@@ -106,8 +103,7 @@ class PluginProcess {
     void operator()(void* memory) const;
   };
   void ask();
-  uint32_t before_ = 0;   // answers, when the last command began
-  bool isStamp_ = false;  // the last command
+  uint32_t before_ = 0;  // answers, when the last command began
   void waitFor(uint32_t before, double seconds, double silentS, Job* job = nullptr, double share = 1);
   void stop(uint32_t before);
   void requireDone();
