@@ -19,6 +19,7 @@ constexpr double kOpposite = -0.5;      // cosine between the normals of both si
 constexpr double kBefore = 1;           // voxels before a place that must be clay
 constexpr double kLook = 0.5;           // voxels between two looks at the clay before it
 constexpr double kStraight = 0.02;      // voxels that a way may leave its chord
+constexpr double kBrickDiagonal = 8;    // voxels, half of it, and an edge beyond
 
 // Slopes of less say nothing of a direction.
 constexpr float kFlat = 0.1f;
@@ -40,9 +41,18 @@ void WallLimit::gather(const Editor& clay, const Vec3d& centre, double radius) {
     if ((at - centre).squaredNorm() <= reach * reach) places_.push_back(at);
   };
   BrickValues scratch;
+  // What lies within the ball is being cut, wherever it goes until the next look: of a large one a shell counts.
+  const double within = radius - kMargin - kBrickDiagonal;
   for (int x = first.x; x <= last.x; ++x)
-    for (int y = first.y; y <= last.y; ++y)
+    for (int y = first.y; y <= last.y; ++y) {
+      const Vec3d middle = (Coord{x, y, 0} * kBrickEdge).toVec3d() + Vec3d::Constant(3.5);
+      const double aside2 = (middle - centre).head<2>().squaredNorm();
+      const double skip = within > 0 && aside2 < within * within ? std::sqrt(within * within - aside2) : 0;
+      const int from = skip > 0 ? static_cast<int>(std::ceil((centre.z() - skip - 3.5) / kBrickEdge)) : 1;
+      const int to = skip > 0 ? static_cast<int>(std::floor((centre.z() + skip - 3.5) / kBrickEdge)) : 0;
       for (int z = first.z; z <= last.z; ++z) {
+        if (z >= from && z <= to) z = to + 1;
+        if (z > last.z) break;
         const Slot slot = clay.find({x, y, z});
         if (slot.isTile()) continue;  // beside the surface there are bricks
         const float* values = slot.values(scratch, clay.grid().band);
@@ -54,6 +64,7 @@ void WallLimit::gather(const Editor& clay, const Vec3d& centre, double radius) {
           crossing(voxel, values[i], {0, 0, 1});
         }
       }
+    }
 }
 
 bool WallLimit::isFar(Sampler& clay, const Vec3d& place, const Vec3d& ball, double radius) const {

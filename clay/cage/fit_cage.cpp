@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
@@ -10,7 +9,6 @@
 #include "clay/base/error.h"
 #include "clay/base/parallel.h"
 #include "clay/mesh/nearest_triangle.h"
-#include "clay/mesh/weld.h"
 #include "clay/surface/surface.h"
 
 namespace argil::clay {

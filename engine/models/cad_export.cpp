@@ -6,6 +6,7 @@
 
 #include "clay/base/error.h"
 #include "clay/cage/fit_cage.h"
+#include "clay/field/region_work.h"
 #include "io/cad/step_file.h"
 
 namespace argil::engine {
@@ -25,7 +26,7 @@ std::vector<std::string> writeCad(const std::filesystem::path& file, const Docum
   for (size_t i = 0; i < pieces.size(); ++i) {
     const Piece& piece = *pieces[i];
     const double from = 0.9 * double(i) / double(pieces.size()), to = 0.9 * double(i + 1) / double(pieces.size());
-    fitted.push_back(clay::fitPatches(piece.version, what.cadQuads, 2, all.part(from, to)));
+    fitted.push_back(clay::fitPatches(piece.version, what.cadQuads, clay::threadCount(0), all.part(from, to)));
     const clay::FittedPatches& made = fitted.back();
     io::StepBody body{piece.name, &made.surface};
     body.pose.linear() = piece.pose.rotation.toRotationMatrix();
