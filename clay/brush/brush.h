@@ -124,6 +124,13 @@ struct Stamp {
   [[nodiscard]] double largestRadius() const { return std::max(radius, radiusAtEnd()); }
 };
 
+/// Where Brush::leastWall ends a tip's way: its centre may go as far as `place` and beside it, not on towards `wall`.
+struct WallAhead {
+  Vec3d place = Vec3d::Zero();  ///< Voxel coordinates.
+  Vec3d wall = Vec3d::UnitZ();  ///< Unit length.
+  size_t image = 0;             ///< Of the tip.
+};
+
 /// The stamps of one stroke, applied to a version one after the other, with redistancing that trails the tool by a
 /// fixed count of stamps: the result depends on the sequence of stamps alone. One thread; `threads` help it with large
 /// stamps.
@@ -147,6 +154,10 @@ class BrushStroke {
   [[nodiscard]] Version publish();
   /// Redistances what still trails; the version that the stroke leaves. The stroke is over.
   [[nodiscard]] Version finish();
+
+  /// The walls of Brush::leastWall that hold the tip where the last stamp left it, or will within the next few voxels
+  /// of its way: at most four an image, the nearest first. They hold near there: ask again after the next stamps.
+  [[nodiscard]] std::vector<WallAhead> wallsAhead();
 
   /// Bricks and nodes made so far.
   [[nodiscard]] Editor::Counts counts() const;

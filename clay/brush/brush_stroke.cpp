@@ -561,6 +561,11 @@ Version BrushStroke::finish() {
   return publish();
 }
 
+std::vector<WallAhead> BrushStroke::wallsAhead() {
+  State& s = *state_;
+  return s.wallLimit ? s.wallLimit->ahead(*s.editor) : std::vector<WallAhead>();
+}
+
 uint64_t BrushStroke::touched() const {
   return state_->touched;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace argil::clay {
 
@@ -20,6 +21,10 @@ constexpr double kBefore = 1;           // voxels before a place that must be cl
 constexpr double kLook = 0.5;           // voxels between two looks at the clay before it
 constexpr double kStraight = 0.02;      // voxels that a way may leave its chord
 constexpr double kBrickDiagonal = 8;    // voxels, half of it, and an edge beyond
+constexpr double kAhead = 6;            // voxels of a ball's way on which a wall is told of before
+constexpr double kOtherWay = 0.8;       // cosine: what lies nearer to the way to a wall is the same wall
+constexpr size_t kMostAhead = 4;        // walls around a ball
+constexpr int kMostLooks = 512;         // for them
 
 // Slopes of less say nothing of a direction.
 constexpr float kFlat = 0.1f;
@@ -29,7 +34,7 @@ constexpr float kFlat = 0.1f;
 void WallLimit::gather(const Editor& clay, const Vec3d& centre, double radius) {
   places_.clear();
   gathered_ = centre;
-  const double reach = radius + wall_ + kMargin;
+  const double reach = radius + wall_ + kMargin + kAhead;
   Sampler field(clay);
   const auto brickOf = [](double v) { return static_cast<int32_t>(std::floor(v / kBrickEdge)); };
   const Coord first{brickOf(centre.x() - reach), brickOf(centre.y() - reach), brickOf(centre.z() - reach)};
@@ -162,7 +167,7 @@ std::vector<Stamp> WallLimit::allowed(const Editor& clay, const Stamp& stamp, si
   if (followers_.size() <= image) followers_.resize(image + 1);
   std::optional<Follower>& follower = followers_[image];
   const double radius = stamp.largestRadius() * around_;
-  hindered_ = false;
+  hindered_ = aheadKnown_ = false;
   // A tool that was lifted comes down anew.
   const bool anew = !follower || follower->target != stamp.a;
   if (anew) {
@@ -175,13 +180,14 @@ std::vector<Stamp> WallLimit::allowed(const Editor& clay, const Stamp& stamp, si
     }
     if (!ball) return {};
     hindered_ = false;
-    follower = Follower{follow(clay, *ball, stamp.a, radius, nullptr), stamp.a};
+    follower = Follower{follow(clay, *ball, stamp.a, radius, nullptr), stamp.a, radius};
   } else {
     gather(clay, follower->ball, radius);
   }
   std::vector<Vec3d> way{follower->ball};
   follower->ball = follow(clay, follower->ball, stamp.b, radius, &way);
   follower->target = stamp.b;
+  follower->radius = radius;
   if (!hindered_) return {stamp};
 
   std::vector<Stamp> stamps;
@@ -211,6 +217,39 @@ std::vector<Stamp> WallLimit::allowed(const Editor& clay, const Stamp& stamp, si
   }
   if (stamps.empty() && anew) add(0, 0);
   return stamps;
+}
+
+const std::vector<WallAhead>& WallLimit::ahead(const Editor& clay) {
+  if (std::exchange(aheadKnown_, true)) return ahead_;
+  ahead_.clear();
+  Sampler field(clay);
+  for (size_t image = 0; image < followers_.size(); ++image) {
+    if (!followers_[image]) continue;
+    const Vec3d ball = followers_[image]->ball;
+    const double radius = followers_[image]->radius, limit = radius + wall_;
+    gather(clay, ball, radius);
+    near_.clear();
+    for (uint32_t i = 0; i < places_.size(); ++i) {
+      // What is nearer is no wall: the ball was kept away from those.
+      const double away2 = (places_[i] - ball).squaredNorm();
+      const bool ahead = away2 < (limit + kAhead) * (limit + kAhead);
+      if (ahead && away2 > (limit - kWithin) * (limit - kWithin)) near_.emplace_back(away2, i);
+    }
+    std::sort(near_.begin(), near_.end());
+    const size_t first = ahead_.size();
+    int looks = 0;
+    for (const auto& [away2, i] : near_) {
+      const double away = std::sqrt(away2);
+      const Vec3d way = (places_[i] - ball) / away;
+      const auto same = [&](const WallAhead& other) { return other.wall.dot(way) > kOtherWay; };
+      if (std::any_of(ahead_.begin() + std::ptrdiff_t(first), ahead_.end(), same)) continue;
+      if (++looks > kMostLooks) break;
+      if (!isFar(field, places_[i], ball, radius)) continue;
+      ahead_.push_back({ball + (away - limit) * way, way, image});
+      if (ahead_.size() - first == kMostAhead) break;
+    }
+  }
+  return ahead_;
 }
 
 }  // namespace argil::clay

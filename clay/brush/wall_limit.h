@@ -26,10 +26,14 @@ class WallLimit {
   /// Empty: nothing may be cut. The images of a stroke keep their order.
   [[nodiscard]] std::vector<Stamp> allowed(const Editor& clay, const Stamp& stamp, size_t image);
 
+  /// The walls around the balls, where the last stamps left them (BrushStroke::wallsAhead).
+  [[nodiscard]] const std::vector<WallAhead>& ahead(const Editor& clay);
+
  private:
   struct Follower {
-    Vec3d ball;    // where it is
-    Vec3d target;  // where the stamps are
+    Vec3d ball;     // where it is
+    Vec3d target;   // where the stamps are
+    double radius;  // of the ball
   };
   void gather(const Editor& clay, const Vec3d& centre, double radius);
   [[nodiscard]] bool isFar(Sampler& clay, const Vec3d& place, const Vec3d& ball, double radius) const;
@@ -44,6 +48,8 @@ class WallLimit {
   Vec3d barrier_ = Vec3d::Zero();  // where to the wall lies that was in the way last
   bool hindered_ = false;          // the ball of this application went another way than its stamp
   std::vector<std::pair<double, uint32_t>> near_;
+  std::vector<WallAhead> ahead_;
+  bool aheadKnown_ = false;  // since the last stamp
 };
 
 }  // namespace argil::clay

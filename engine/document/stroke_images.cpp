@@ -28,6 +28,13 @@ ImageMaps::ImageMaps(const StrokeImages& images, const clay::Grid& grid, const h
   }
 }
 
+void ImageMaps::bringBack(clay::WallAhead& wall) const {
+  const Map& map = maps_.at(wall.image);
+  wall.place = map.turn.transpose() * (wall.place - map.shift);
+  wall.wall = map.turn.transpose() * wall.wall;
+  wall.image = 0;
+}
+
 void ImageMaps::apply(const clay::Stamp& stamp, std::vector<clay::Stamp>& out) const {
   out.assign(maps_.size(), stamp);
   for (size_t i = 1; i < maps_.size(); ++i) {

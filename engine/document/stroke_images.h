@@ -33,6 +33,8 @@ class ImageMaps {
   ImageMaps() = default;
   ImageMaps(const StrokeImages& images, const clay::Grid& grid, const haptics::Pose& pose);
   [[nodiscard]] size_t count() const { return maps_.size(); }
+  /// A place of an image becomes what it is to image 0.
+  void bringBack(clay::WallAhead& wall) const;
   /// Replaces `out` by all images of a stamp.
   void apply(const clay::Stamp& stamp, std::vector<clay::Stamp>& out) const;
 

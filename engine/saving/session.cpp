@@ -348,6 +348,13 @@ void Session::liftTool() {
   if (watch_ && !tellsMade_) watch_->toolLifted();
 }
 
+std::vector<clay::WallAhead> Session::wallsAhead() {
+  if (!brush_) return {};
+  std::vector<clay::WallAhead> walls = brush_->wallsAhead();
+  for (clay::WallAhead& each : walls) maps_.bringBack(each);
+  return walls;
+}
+
 clay::Version Session::publish() {
   if (brush_) {
     setVersion(brush_->publish());

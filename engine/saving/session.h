@@ -115,6 +115,9 @@ class Session {
   /// The stroke leaves no trace: the document is the one that it began with. For when endStroke() failed.
   void abandonStroke();
   [[nodiscard]] bool inStroke() const { return stroke_.has_value(); }
+  /// What holds the tool of the stroke in work (clay::BrushStroke::wallsAhead), for all images where the hand is: in
+  /// voxels of the piece, image 0. Empty when the tool is lifted.
+  [[nodiscard]] std::vector<clay::WallAhead> wallsAhead();
   /// How many points of this stroke the next publish() will show; all of them after liftTool().
   [[nodiscard]] uint64_t coveredPoints() const;
 

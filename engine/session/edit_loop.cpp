@@ -10,11 +10,12 @@
 namespace argil::engine {
 namespace {
 
-constexpr size_t kBatch = 256;          // samples taken at a time
-constexpr size_t kFewWaiting = 1024;    // not worth coalescing
-constexpr size_t kMostWaiting = 32768;  // 6 MB: beyond, samples farther apart become one too,
-constexpr double kMostCoalescing = 16;  // up to 0.8 of the radius
-constexpr int64_t kTurnNs = 2'000'000;  // at most 500 versions a second
+constexpr size_t kBatch = 256;               // samples taken at a time
+constexpr size_t kFewWaiting = 1024;         // not worth coalescing
+constexpr size_t kMostWaiting = 32768;       // 6 MB: beyond, samples farther apart become one too,
+constexpr double kMostCoalescing = 16;       // up to 0.8 of the radius
+constexpr int64_t kTurnNs = 2'000'000;       // at most 500 versions a second
+constexpr uint32_t kFirstWall = 0xFFFF0000;  // guides of walls; those of documents count from 1
 
 int64_t nanoseconds(double seconds) {
   return static_cast<int64_t>(seconds * 1e9);
@@ -171,8 +172,21 @@ double EditLoop::leftS() const {
   return std::max(0.0, newestCutS_ - (strokes_.more() ? inWork_ : waiting_.front().sample).timeS);
 }
 
+// What the edit will refuse to cut the hand feels as a plane that it cannot pass: the servo knows nothing of walls, and
+// would let the ball go on through clay that stays. True when they are not what they were.
+bool EditLoop::lookAhead() {
+  std::vector<haptics::KeepOutPlane> walls = strokes_.wallsAhead();
+  const auto equal = [](const haptics::KeepOutPlane& a, const haptics::KeepOutPlane& b) {
+    return a.point == b.point && a.normal == b.normal;
+  };
+  if (std::equal(walls.begin(), walls.end(), walls_.begin(), walls_.end(), equal)) return false;
+  walls_ = std::move(walls);
+  return true;
+}
+
 bool EditLoop::publish(uint64_t oldest, int64_t oldestNs) {
   if (session_.inStroke()) session_.publish();
+  changed_ = lookAhead() || changed_;
   const DocumentPtr now = session_.document();
   // A scene is due too when the clay shows more cuts without having changed: the servo waits to hear it.
   const uint64_t applied = strokes_.samplesApplied();
@@ -185,6 +199,8 @@ bool EditLoop::publish(uint64_t oldest, int64_t oldestNs) {
   if (different) scene_.editedFrom = oldest;
   auto scene = std::make_unique<haptics::Scene>(sceneOf(*now, scene_, &felt_.places()));
   if (!cutting_) scene->tool.work.reset();
+  for (size_t i = 0; i < walls_.size() && scene->guides.size() < haptics::kMaxGuides; ++i)
+    scene->guides.push_back({kFirstWall + static_cast<uint32_t>(i), walls_[i], scene->tool.buttons});
   shown_ = now;
   changed_ = false;
   ++versions_;

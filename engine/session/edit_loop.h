@@ -103,13 +103,15 @@ class EditLoop {
     bool joined = false;  // those between it and the one before became part of it
   };
   bool publish(uint64_t oldest, int64_t oldestNs);  // `oldest`: sample of this turn that cuts.
+  bool lookAhead();
   void coalesce();
 
   Session& session_;
   haptics::Scene scene_;  // all but the document
   FeltPieces felt_;
-  Vec3d handMm_ = Vec3d::Zero();  // where the newest sample has it
-  DocumentPtr shown_;             // of the last scene; null before the first
+  Vec3d handMm_ = Vec3d::Zero();              // where the newest sample has it
+  DocumentPtr shown_;                         // of the last scene; null before the first
+  std::vector<haptics::KeepOutPlane> walls_;  // that the tool must leave, of the last scene
   Publish publish_;
   Options options_;
   StylusStrokes strokes_;

@@ -125,6 +125,19 @@ PathPoint StylusStrokes::wayPoint(uint64_t piece) const {
   return point;
 }
 
+std::vector<haptics::KeepOutPlane> StylusStrokes::wallsAhead() {
+  std::vector<haptics::KeepOutPlane> planes;
+  if (!session_.inStroke() || lifted_) return planes;
+  const auto tool = tools_.find(tool_);
+  if (tool == tools_.end()) return planes;
+  const double radius = tool->second.radiusMm;
+  for (const clay::WallAhead& each : session_.wallsAhead()) {
+    const Vec3d wall = pose_.rotation * each.wall;
+    planes.push_back({pose_.apply(grid_.toWorld(each.place)) + radius * wall, -wall});
+  }
+  return planes;
+}
+
 double StylusStrokes::samePlaceMm(uint32_t tool) const {
   const auto found = tools_.find(tool);
   return found == tools_.end() ? 0 : kSamePlaceRadii * found->second.radiusMm;

@@ -5,10 +5,12 @@
 #include <deque>
 #include <map>
 #include <span>
+#include <vector>
 
 #include "engine/saving/session.h"
 #include "engine/tools/path_point.h"
 #include "haptics/base/pose.h"
+#include "haptics/scene/guide.h"
 #include "haptics/threads/sample_ring.h"
 
 namespace argil::engine {
@@ -47,6 +49,10 @@ class StylusStrokes {
   /// Nothing is cut until a sample comes without the button, where `held` says that it is down. When the stroke cannot
   /// be ended (no memory) it is left out whole, and that is thrown.
   void cutShort(bool held);
+
+  /// What a least wall leaves of the way of the stroke in work, as planes that the tool's ball may not pass; world mm,
+  /// the nearest first. They hold near the ball, until the next stamp.
+  [[nodiscard]] std::vector<haptics::KeepOutPlane> wallsAhead();
 
   /// Samples of this tool that are nearer to each other than this, world mm, are one to the clay.
   [[nodiscard]] double samePlaceMm(uint32_t tool) const;

@@ -159,6 +159,62 @@ TEST(WallLimit, MirrorImagesLeaveAWallBetweenThem) {
   EXPECT_GE(leastWall(cut, 8), 5.9);
 }
 
+// What the hand is told of: nothing far away, a wall some voxels before it, and the place where it is held.
+TEST(WallLimit, SaysWhatIsAhead) {
+  const Version plate = block({0, 0, 0}, {80, 80, 30});  // a wall of 6 ends a ball of 8 at −1
+  BrushStroke stroke(plate, carving(6)), free(plate, carving(0));
+  EXPECT_TRUE(stroke.wallsAhead().empty()) << "before the first stamp";
+  Vec3d last{0.3, 0.2, 24};
+  for (double z = 24; z > -20; z -= 1.5) {
+    SCOPED_TRACE(z);
+    const Vec3d next{0.3, 0.2, z};
+    stroke.apply(stampOf(last, next, 8));
+    free.apply(stampOf(last, next, 8));
+    last = next;
+    const std::vector<WallAhead> walls = stroke.wallsAhead();
+    EXPECT_TRUE(free.wallsAhead().empty());
+    if (z > 6 || z < 3) {
+      ASSERT_EQ(walls.size(), z > 6 ? 0u : 1u);
+    }
+    if (walls.empty()) continue;
+    EXPECT_NEAR(walls[0].place.z(), -1, 0.05);
+    EXPECT_LT((walls[0].place - Vec3d(0.3, 0.2, -1)).norm(), 0.6);
+    EXPECT_GT(-walls[0].wall.z(), 0.99);
+    EXPECT_EQ(walls[0].image, 0u);
+    EXPECT_EQ(stroke.wallsAhead().size(), walls.size()) << "asked again";
+  }
+  stroke.apply(stampOf({30, 30, 60}, {30, 30, 60}, 8));
+  EXPECT_TRUE(stroke.wallsAhead().empty()) << "lifted and come down elsewhere";
+}
+
+TEST(WallLimit, SaysWhatIsAheadInACornerAndOfEachImage) {
+  const Version thick = block({0, 0, 0}, {60, 60, 60});
+  BrushStroke stroke(thick, carving(5));
+  // Into the edge between two sides from within, and its mirror image.
+  Vec3d last{0, 0, 40};
+  const auto image = [](const Vec3d& p) { return Vec3d(-p.x(), p.y(), p.z()); };
+  for (const Vec3d& next : {Vec3d(8, 0, 30), Vec3d(15, 0, 10), Vec3d(19, 0, -10), Vec3d(40, 0, -40)}) {
+    const Vec3d way = next - last;
+    const int steps = static_cast<int>(way.norm() / 1.2) + 1;
+    for (int i = 1; i <= steps; ++i) {
+      const Vec3d a = last + way * (i - 1) / steps, b = last + way * i / steps;
+      const Stamp images[] = {stampOf(a, b, 6), stampOf(image(a), image(b), 6)};
+      stroke.apply(images);
+    }
+    last = next;
+  }
+  const std::vector<WallAhead> walls = stroke.wallsAhead();
+  ASSERT_EQ(walls.size(), 4u);
+  for (size_t i = 0; i < 4; ++i) {
+    const bool mirrored = walls[i].image == 1;
+    EXPECT_EQ(mirrored, i >= 2);
+    const Vec3d wall = mirrored ? image(walls[i].wall) : walls[i].wall;
+    const Vec3d place = mirrored ? image(walls[i].place) : walls[i].place;
+    EXPECT_GT(std::max(wall.x(), -wall.z()), 0.99) << wall.transpose();
+    EXPECT_NEAR(wall.x() > 0.5 ? place.x() : -place.z(), 30 - 6 - 5, 0.1);
+  }
+}
+
 // Any stroke on any shape.
 TEST(WallLimit, HoldsOnAnyShapeFromAnySide) {
   std::mt19937 random(7);

@@ -131,7 +131,7 @@ TEST(Preparing, AWallLimitHoldsUnderAHand) {
     struct Ran {
       std::unique_ptr<Session> session;
       RunReport report;
-      double left = 0, least = INFINITY;
+      double left = 0, least = INFINITY, lowest = INFINITY;  // of the wall; of the ball's centre
     } result;
     const Script script = parseScript(
         R"({"argil": 1, "units": "mm", "setup": [{"voxel_mm": 0.5}, {"block": {"size_mm": [60, 60, 14], "round_mm": 0}}],
@@ -151,6 +151,8 @@ TEST(Preparing, AWallLimitHoldsUnderAHand) {
     result.left = thick(-10, 0);
     for (double x = -20; x < 20; x += 0.5)
       for (double y = -9; y < 12; y += 0.5) result.least = std::min(result.least, thick(x, y));
+    for (const ScriptStroke& each : result.report.recorded.strokes)
+      for (const PathPoint& point : each.path) result.lowest = std::min(result.lowest, point.mm.z());
     return result;
   };
   const auto free = ran(0), limited = ran(3);
@@ -160,6 +162,15 @@ TEST(Preparing, AWallLimitHoldsUnderAHand) {
   std::printf("wall of 3 mm: %.2f mm left, %.2f at least; without a limit %.2f\n", limited.left, limited.least,
               free.left);
   EXPECT_GE(limited.least, 3 - 0.05) << "nowhere thinner";
+  // Felt: the ball of 4 mm stays above the wall, and the hand that wants to go on feels it.
+  const ServoReport &felt = *limited.report.servo, &unfelt = *free.report.servo;
+  std::printf(
+      "the ball's centre goes down to %.3f mm (0 is the limit; %.2f without it); %llu ticks at the most force (%llu)\n",
+      limited.lowest, free.lowest, static_cast<unsigned long long>(felt.clamped),
+      static_cast<unsigned long long>(unfelt.clamped));
+  EXPECT_LT(free.lowest, -7);
+  EXPECT_GE(limited.lowest, -0.05);
+  EXPECT_GT(felt.clamped, unfelt.clamped + 500) << "pushed by several mm for most of a second";
   EXPECT_TRUE(limited.report.servo->fault.empty()) << limited.report.servo->fault;
 }
 
