@@ -7,6 +7,8 @@
 
 namespace argil::clay {
 
+class Surface;  // clay/surface/surface.h
+
 struct CoarseCage {
   QuadMesh mesh;
   double edgeMm = 0;  ///< About how long its edges are.
@@ -15,9 +17,12 @@ struct CoarseCage {
   int64_t shape = 0, clayShape = 0;
 };
 
-/// At most `most` quads, evenly sized and drawn onto the surface; closed, whatever the clay is. A grid that is shifted
-/// between tries is looked through for one that has the clay's shape; where none has, the cage is the one that comes
-/// nearest. Throws Error for empty clay and less than 24 quads, Cancelled. Cost: a few coarse resamplings.
+/// At most `most` quads on the surface, closed, whatever the clay is, and of its shape: the clay's own quads become
+/// fewer one by one, and none goes that would change it. Throws Error for empty clay, less than 24 quads, a shape that
+/// needs more quads than that; Cancelled. Cost: some seconds for 1 000 quads.
 [[nodiscard]] CoarseCage coarseCage(const Version& version, size_t most, const WorkPart& part);
+
+/// The quads that a surface is made of.
+[[nodiscard]] QuadMesh quadsOf(const Surface& surface);
 
 }  // namespace argil::clay

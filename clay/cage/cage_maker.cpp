@@ -1,0 +1,154 @@
+#include "clay/cage/cage_maker.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "clay/base/error.h"
+#include "clay/cage/coarsen_quads.h"
+#include "clay/field/region_work.h"
+#include "clay/store/sampler.h"
+#include "clay/surface/surface.h"
+#include "clay/whole/resample.h"
+
+namespace argil::clay {
+
+namespace {
+
+constexpr size_t kLeastQuads = 24;
+constexpr double kBeginWith = 20;     // quads for each that is asked for
+constexpr double kFinest = 1.4;       // voxels: nothing finer is looked at
+constexpr double kOfThickness = 0.7;  // an edge is at most so long: four quads go around a limb
+constexpr double kLeastOfEven = 0.25, kLeastRefined = 1.0 / 6;  // of an even edge
+constexpr double kGrowth = 0.35;                                // of sizes, a mm
+constexpr int kGrades = 60;
+constexpr double kOff = 1.5;                        // times the RMS: more is too far off
+constexpr double kSmallest = 0.5, kLargest = 1.25;  // times the size before
+
+int64_t shapeOf(uint64_t vertices, uint64_t quads) {
+  // Each quad has two edges of its own.
+  return (static_cast<int64_t>(vertices) - static_cast<int64_t>(quads)) / 2;
+}
+
+// How far the clay goes on below each vertex, mm, up to `most`.
+std::vector<float> thicknesses(const Version& version, const TriangleMesh& mesh, double most) {
+  std::vector<Vec3d> normals(mesh.positions.size(), Vec3d::Zero());
+  for (const auto& t : mesh.triangles) {
+    const Vec3d &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
+    const Vec3d normal = (b - a).cross(c - a);
+    for (const uint32_t v : t) normals[v] += normal;
+  }
+  Sampler field(version);
+  const Grid& grid = version.grid();
+  std::vector<float> out(mesh.positions.size());
+  for (size_t i = 0; i < out.size(); ++i) {
+    const Vec3d inwards = -normals[i].normalized();
+    double deep = 2 * grid.voxelMm;
+    while (deep < most) {
+      const float phi = field.trilinear(grid.toVoxel(mesh.positions[i] + deep * inwards));
+      if (!(phi < 0)) break;
+      deep += std::max(0.5, double(-phi)) * grid.voxelMm;
+    }
+    out[i] = static_cast<float>(std::min(deep, most));
+  }
+  return out;
+}
+
+}  // namespace
+
+QuadMesh quadsOf(const Surface& surface) {
+  // Two triangles a quad, along its corners 0 and 2.
+  TriangleMesh mesh = surface.toMesh();
+  QuadMesh quads;
+  quads.positions = std::move(mesh.positions);
+  for (size_t i = 0; i + 1 < mesh.triangles.size(); i += 2) {
+    const auto &a = mesh.triangles[i], &b = mesh.triangles[i + 1];
+    quads.quads.push_back({a[0], a[1], a[2], b[2]});
+  }
+  return quads;
+}
+
+CageMaker::CageMaker(const Version& version, size_t most, int threads, const WorkPart& part) : most_(most) {
+  if (version.stats().bricks == 0) throw Error("the piece is empty: there is no surface to draw a cage on");
+  if (most < kLeastQuads) throw Error(fmt::format("a cage of {} quads: give at least {}", most, kLeastQuads));
+  const Grid& grid = version.grid();
+  Surface own(false);
+  own.update(version, threads);
+  surface_ = own.toMesh();
+  tree_.emplace(surface_);
+  shape_ = shapeOf(own.vertexCount(), own.quadCount());
+  const double area = areaOf(version);  // voxel faces
+  even_ = std::sqrt(area / double(most)) * grid.voxelMm;
+  finest_ = kFinest * grid.voxelMm;
+  part.step(0.3);
+  sizes_ = thicknesses(version, surface_, even_ / kOfThickness);
+  for (float& each : sizes_)
+    each = static_cast<float>(std::clamp(kOfThickness * double(each), kLeastOfEven * even_, even_));
+  grade();
+  part.step(0.5);
+  // The clay on a coarser grid, or on its own where a part or a hole would be lost.
+  double voxel = std::sqrt(area * 1.5 / (kBeginWith * double(most))) * grid.voxelMm;
+  for (;; voxel *= 0.7) {
+    if (voxel <= grid.voxelMm) {
+      fine_ = quadsOf(own);
+      break;
+    }
+    Grid coarse = grid;
+    coarse.voxelMm = voxel;
+    coarse.originMm += Vec3d::Constant(0.25 * voxel);
+    Surface surface(false);
+    surface.update(resample(version, coarse, Eigen::Isometry3d::Identity(), threads), threads);
+    part.step(0.8);
+    if (shapeOf(surface.vertexCount(), surface.quadCount()) != shape_) continue;
+    fine_ = quadsOf(surface);
+    break;
+  }
+  part.step(1);
+}
+
+// Sizes grow by no more than kGrowth a mm.
+void CageMaker::grade() {
+  for (int round = 0, changed = 1; round < kGrades && changed > 0; ++round) {
+    changed = 0;
+    for (const auto& t : surface_.triangles)
+      for (size_t s = 0; s < 3; ++s) {
+        float &a = sizes_[t[s]], &b = sizes_[t[(s + 1) % 3]];
+        const Vec3d way = surface_.positions[t[s]] - surface_.positions[t[(s + 1) % 3]];
+        const auto most = static_cast<float>(kGrowth * way.norm());
+        if (a > b + 1.001f * most) a = b + most, ++changed;
+        if (b > a + 1.001f * most) b = a + most, ++changed;
+      }
+  }
+}
+
+CoarseCage CageMaker::make(const WorkPart& part) const {
+  CoarseCage cage;
+  cage.mesh = coarsened(fine_, surface_, *tree_, sizes_, most_, finest_, part);
+  if (cage.mesh.quads.size() > most_)
+    throw Error(fmt::format("no cage of at most {} quads goes around this piece: give more", most_), Error::Kind::work);
+  cage.edgeMm = even_;
+  cage.shape = shapeOf(cage.mesh.positions.size(), cage.mesh.quads.size());
+  cage.clayShape = shape_;
+  return cage;
+}
+
+void CageMaker::refine(const std::vector<float>& off) {
+  double sum = 0;
+  for (const float each : off) sum += double(each) * double(each) / double(off.size());
+  const double enough = kOff * std::sqrt(sum);
+  for (size_t i = 0; i < off.size(); ++i) {
+    // An error goes with the fourth power of the size where the surface is smooth, with less where it is not.
+    const double share = enough / std::max(double(off[i]), enough / 16);
+    const double factor = share < 1 ? std::max(kSmallest, std::sqrt(share)) : std::min(kLargest, std::pow(share, 0.25));
+    sizes_[i] = static_cast<float>(std::max(kLeastRefined * even_, factor * double(sizes_[i])));
+  }
+  grade();
+}
+
+CoarseCage coarseCage(const Version& version, size_t most, const WorkPart& part) {
+  const CageMaker maker(version, most, 1, part.part(0, 0.5));
+  return maker.make(part.part(0.5, 1));
+}
+
+}  // namespace argil::clay

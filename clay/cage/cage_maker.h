@@ -1,0 +1,42 @@
+#pragma once
+// Cages around a clay, again and again, finer where they were found too coarse.
+
+#include <optional>
+
+#include "clay/base/work_part.h"
+#include "clay/cage/coarse_cage.h"
+#include "clay/mesh/nearest_triangle.h"
+#include "clay/store/version.h"
+
+namespace argil::clay {
+
+/// Holds what all cages of a clay begin with: its surface, a mesh of many quads, and how long edges are to be at each
+/// vertex of the surface. One thread.
+class CageMaker {
+ public:
+  /// Sizes are even, but smaller where the clay is thin. Throws as coarseCage().
+  CageMaker(const Version& version, size_t most, int threads, const WorkPart& part);
+  CageMaker(const CageMaker&) = delete;
+  CageMaker& operator=(const CageMaker&) = delete;
+
+  [[nodiscard]] const TriangleMesh& surface() const { return surface_; }
+  [[nodiscard]] const NearestTriangle& tree() const { return *tree_; }
+  [[nodiscard]] CoarseCage make(const WorkPart& part) const;
+  /// Sizes become smaller where what was fitted to a cage lies off by more than elsewhere, mm at each vertex of the
+  /// surface, and larger where by less.
+  void refine(const std::vector<float>& off);
+  [[nodiscard]] const std::vector<float>& sizes() const { return sizes_; }
+
+ private:
+  void grade();
+
+  size_t most_;
+  double even_ = 1, finest_ = 0;
+  int64_t shape_ = 0;
+  TriangleMesh surface_;
+  std::optional<NearestTriangle> tree_;
+  QuadMesh fine_;
+  std::vector<float> sizes_;
+};
+
+}  // namespace argil::clay

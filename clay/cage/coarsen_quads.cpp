@@ -1,0 +1,230 @@
+#include "clay/cage/coarsen_quads.h"
+
+#include <algorithm>
+#include <cmath>
+#include <queue>
+
+#include "clay/cage/quad_web.h"
+
+namespace argil::clay {
+
+namespace {
+
+constexpr double kUneven = 0.12;  // of a diagonal's length: what nearness to four quads a vertex counts
+constexpr double kLeastFactor = 0.4;
+constexpr double kLeastFacing = 0.2;  // cosine between a quad's corner and the surface there
+constexpr int kAtTheEnd = 20;         // rounds that make edges even
+constexpr size_t kStepEach = 512;
+// How far the middle of an edge or of a quad may lie off the surface, of its length; the next one where no collapse is
+// left with the one before.
+constexpr double kBulges[] = {0.2, 0.3, 0.45, 1e9};
+
+class Coarsener {
+ public:
+  Coarsener(QuadMesh fine, const TriangleMesh& surface, const NearestTriangle& tree, const std::vector<float>& sizes,
+            double finest)
+      : web_(std::move(fine)),
+        surface_(surface),
+        tree_(tree),
+        sizes_(sizes),
+        finest_(finest),
+        hints_(web_.vertices(), UINT32_MAX),
+        size_(web_.vertices(), 1),
+        normals_(web_.vertices(), Vec3d::Zero()),
+        changed_(web_.quads(), 0) {
+    for (uint32_t v = 0; v < web_.vertices(); ++v) place(v, web_.at(v));
+    for (uint32_t f = 0; f < web_.quads(); ++f) offer(f);
+  }
+
+  QuadMesh run(size_t most, const WorkPart& part) {
+    const size_t first = web_.count();
+    size_t done = 0;
+    while (web_.count() > most) {
+      if (queue_.empty()) {
+        if (++stage_ == std::size(kBulges)) break;
+        for (uint32_t f = 0; f < web_.quads(); ++f)
+          if (web_.isThere(f)) offer(f);
+        continue;
+      }
+      const Offer best = queue_.top();
+      queue_.pop();
+      if (!web_.isThere(best.quad) || changed_[best.quad] != best.changed) continue;
+      if (!collapse(best.quad, best.corner)) continue;
+      if (++done % kStepEach == 0) part.step(double(first - web_.count()) / double(first - most));
+    }
+    for (int round = 0; round < kAtTheEnd; ++round) {
+      for (uint32_t v = 0; v < web_.vertices(); ++v)
+        if (!web_.around(v).empty()) relax(v);
+      for (uint32_t v = 0; v < web_.vertices(); ++v)
+        if (!web_.around(v).empty()) turnAround(v);
+    }
+    return web_.mesh();
+  }
+
+ private:
+  struct Offer {
+    double cost;
+    uint32_t quad, changed;
+    int corner;
+    bool operator<(const Offer& other) const {
+      return cost != other.cost ? cost > other.cost : quad != other.quad ? quad > other.quad : corner > other.corner;
+    }
+  };
+
+  // Onto the surface.
+  void place(uint32_t v, const Vec3d& p) {
+    const NearestTriangle::Hit hit = tree_.nearest(p, hints_[v]);
+    hints_[v] = hit.triangle;
+    const auto& c = tree_.corners(hit.triangle);
+    const Vec3d &x = surface_.positions[c[0]], &y = surface_.positions[c[1]], &z = surface_.positions[c[2]];
+    web_.move(v, nearestOnTriangle(p, x, y, z));
+    size_[v] = (double(sizes_[c[0]]) + double(sizes_[c[1]]) + double(sizes_[c[2]])) / 3;
+    const Vec3d n = (y - x).cross(z - x);
+    if (n.squaredNorm() > 0) normals_[v] = n.normalized();
+  }
+
+  double sizeBetween(uint32_t a, uint32_t b) const { return 0.5 * (size_[a] + size_[b]); }
+
+  void offer(uint32_t f) {
+    const auto& q = web_.quad(f);
+    for (int corner = 0; corner < 2; ++corner) {
+      const uint32_t a = q[size_t(corner)], c = q[size_t(corner) + 2];
+      const std::optional<int> gain = web_.gainOfCollapse(f, corner);
+      if (!gain) continue;
+      const double length = (web_.at(a) - web_.at(c)).norm() / sizeBetween(a, c);
+      queue_.push({length * std::max(kLeastFactor, 1 - kUneven * *gain), f, changed_[f], corner});
+    }
+  }
+
+  // How many corners of the quads around face outwards.
+  int facing(uint32_t v) const {
+    int good = 0;
+    for (const uint32_t f : web_.around(v)) {
+      const auto& q = web_.quad(f);
+      for (size_t s = 0; s < 4; ++s) {
+        const Vec3d& p = web_.at(q[s]);
+        const Vec3d n = (web_.at(q[(s + 1) & 3]) - p).cross(web_.at(q[(s + 3) & 3]) - p);
+        good += n.dot(normals_[q[s]]) > kLeastFacing * n.norm();
+      }
+    }
+    return good;
+  }
+
+  bool isNear(const Vec3d& p, double length, uint32_t hint) const {
+    const double most = std::max(finest_, kBulges[stage_] * length);
+    return most > 1e6 || tree_.nearest(p, hint).squared <= most * most;
+  }
+  bool edgeIsNear(const Vec3d& p, const Vec3d& q, uint32_t hint) const {
+    return isNear(0.5 * (p + q), (p - q).norm(), hint);
+  }
+
+  // The quads around both corners stay near the surface when these are one.
+  bool staysNear(uint32_t f, uint32_t a, uint32_t c, const Vec3d& to) {
+    for (const uint32_t v : {a, c})
+      for (const uint32_t each : web_.around(v)) {
+        if (each == f) continue;
+        const auto& q = web_.quad(each);
+        const auto s = size_t(std::find(q.begin(), q.end(), v) - q.begin());
+        const Vec3d &next = web_.at(q[(s + 1) & 3]), &far = web_.at(q[(s + 2) & 3]), &last = web_.at(q[(s + 3) & 3]);
+        if (!edgeIsNear(to, next, hints_[v])) return false;
+        if (!isNear(0.25 * (to + next + far + last), 0.5 * ((to - far).norm() + (next - last).norm()), hints_[v]))
+          return false;
+      }
+    return true;
+  }
+
+  bool collapse(uint32_t f, int corner) {
+    if (!web_.gainOfCollapse(f, corner)) return false;
+    const auto q = web_.quad(f);
+    const uint32_t a = q[size_t(corner)], c = q[(size_t(corner) + 2) & 3];
+    const Vec3d middle = 0.5 * (web_.at(a) + web_.at(c));
+    const NearestTriangle::Hit hit = tree_.nearest(middle, hints_[a]);
+    const auto& t = tree_.corners(hit.triangle);
+    if (!staysNear(
+            f, a, c,
+            nearestOnTriangle(middle, surface_.positions[t[0]], surface_.positions[t[1]], surface_.positions[t[2]])))
+      return false;
+    const uint32_t v = web_.collapse(f, corner);
+    place(v, middle);
+    relax(v);
+    web_.beside(v, ring_);
+    const std::vector<uint32_t> ring = ring_;
+    for (const uint32_t each : ring)
+      if (!web_.around(each).empty()) relax(each);
+    turnAround(v);
+    touch(v);
+    for (const uint32_t each : ring)
+      if (!web_.around(each).empty()) touch(each);
+    return true;
+  }
+
+  // Edges of one length in proportion to the sizes pull by as much.
+  void relax(uint32_t v) {
+    web_.beside(v, beside_);
+    Vec3d sum = Vec3d::Zero();
+    double weights = 0;
+    for (const uint32_t each : beside_) {
+      const double h = sizeBetween(v, each), weight = 1 / (h * h);
+      sum += weight * web_.at(each);
+      weights += weight;
+    }
+    const Vec3d was = web_.at(v), normal = normals_[v];
+    const int before = facing(v);
+    const Vec3d mean = sum / weights;
+    place(v, was + 0.5 * (mean - was));
+    if (facing(v) < before) {
+      web_.move(v, was);
+      normals_[v] = normal;
+    }
+  }
+
+  // Edges at v turn as long as that brings four quads to more vertices.
+  void turnAround(uint32_t v) {
+    for (bool again = true; again;) {
+      again = false;
+      for (const uint32_t f : web_.around(v)) {
+        const auto& q = web_.quad(f);
+        const auto s = int(std::find(q.begin(), q.end(), v) - q.begin());
+        for (const int step : {1, -1}) {
+          const std::optional<int> gain = web_.gainOfTurn(f, s, step);
+          if (!gain || *gain <= 0) continue;
+          const std::array<uint32_t, 2> ends = web_.endsOfTurn(f, s, step);
+          if (!edgeIsNear(web_.at(ends[0]), web_.at(ends[1]), hints_[ends[0]])) continue;
+          web_.turn(f, s, step);
+          again = true;
+          break;
+        }
+        if (again) break;
+      }
+    }
+  }
+
+  void touch(uint32_t v) {
+    for (const uint32_t f : web_.around(v)) {
+      ++changed_[f];
+      offer(f);
+    }
+  }
+
+  QuadWeb web_;
+  const TriangleMesh& surface_;
+  const NearestTriangle& tree_;
+  const std::vector<float>& sizes_;
+  double finest_;
+  size_t stage_ = 0;
+  std::vector<uint32_t> hints_;
+  std::vector<double> size_;
+  std::vector<Vec3d> normals_;
+  std::vector<uint32_t> changed_;
+  std::vector<uint32_t> beside_, ring_;
+  std::priority_queue<Offer> queue_;
+};
+
+}  // namespace
+
+QuadMesh coarsened(QuadMesh fine, const TriangleMesh& surface, const NearestTriangle& tree,
+                   const std::vector<float>& sizes, size_t most, double finest, const WorkPart& part) {
+  return Coarsener(std::move(fine), surface, tree, sizes, finest).run(most, part);
+}
+
+}  // namespace argil::clay

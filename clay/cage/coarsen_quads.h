@@ -1,0 +1,20 @@
+#pragma once
+// A cage of few quads from a mesh of many, small where a size says so.
+
+#include <vector>
+
+#include "clay/base/work_part.h"
+#include "clay/cage/quad_mesh.h"
+#include "clay/mesh/nearest_triangle.h"
+
+namespace argil::clay {
+
+/// At most `most` quads of the same closed shape, bodies, handles and all, whose edges are as long as `sizes` says in
+/// proportion: a number above 0 for each vertex of `surface`, which `tree` searches and the vertices lie on. Quads cut
+/// through what they stand for by no more than a fifth of their edges, or `finest` mm, where so few quads allow it: a
+/// limb has four around it. Fewer than so many is not always possible; the result then has more. Throws Error for a
+/// mesh that is not closed, Cancelled. Cost: about 0.2 ms a quad that goes.
+[[nodiscard]] QuadMesh coarsened(QuadMesh fine, const TriangleMesh& surface, const NearestTriangle& tree,
+                                 const std::vector<float>& sizes, size_t most, double finest, const WorkPart& part);
+
+}  // namespace argil::clay

@@ -1,0 +1,320 @@
+#include "clay/cage/net_fit.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/SparseCore>
+
+#include "clay/base/parallel.h"
+#include "clay/cage/patch_deviation.h"
+
+namespace argil::clay {
+
+namespace {
+
+constexpr int kPerSide = 8;  // places that are fitted along a side of a patch
+// How much the net is held straight, and how much a place is held where it is along the surface, stage by stage.
+struct Stage {
+  double stiff, along;
+};
+constexpr Stage kStages[] = {{0.3, 1}, {0.05, 0.3}, {0.01, 0.02}, {0.001, 0.02}};
+constexpr double kFar = 2e-4;                      // of the clay's size: what lies off by more counts more,
+constexpr double kMostFar = 20;                    // by its distance, up to so many times
+constexpr double kLeastHeld = 0.5, kMostHeld = 8;  // shares of stiffness, by the length of edges
+constexpr int kFootSpan = 2;                       // places along a span that the clay's nearest is looked for among
+constexpr int kSteps = 25;                         // of conjugate gradients a round
+constexpr double kSolved = 1e-6;                   // of the squared residual
+constexpr int kBlock = 256, kRowBlock = 1024;
+
+using Rows = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+using Table = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+
+Vec3d nearestOn(const TriangleMesh& mesh, const NearestTriangle& tree, const Vec3d& p, uint32_t& hint) {
+  const NearestTriangle::Hit hit = tree.nearest(p, hint);
+  hint = hit.triangle;
+  const auto& c = tree.corners(hit.triangle);
+  return nearestOnTriangle(p, mesh.positions[c[0]], mesh.positions[c[1]], mesh.positions[c[2]]);
+}
+
+// The net's vertices in place, between the corners of their quads.
+Table straightNet(const PatchNet& net, const QuadMesh& cage) {
+  Table at(Eigen::Index(net.vertexCount()), 3);
+  for (uint32_t f = 0; f < cage.quads.size(); ++f)
+    for (int i = 0; i <= 4; ++i)
+      for (int j = 0; j <= 4; ++j) {
+        const double u = i / 4.0, v = j / 4.0;
+        const auto& quad = cage.quads[f];
+        at.row(net.vertex(f, i, j)) =
+            ((1 - u) * (1 - v) * cage.positions[quad[0]] + u * (1 - v) * cage.positions[quad[1]] +
+             u * v * cage.positions[quad[2]] + (1 - u) * v * cage.positions[quad[3]])
+                .transpose();
+      }
+  return at;
+}
+
+// Rows of fitted places.
+Rows placesOf(const PatchNet& net, size_t quads) {
+  std::vector<Eigen::Triplet<double>> entries;
+  int row = 0;
+  for (uint32_t f = 0; f < quads; ++f)
+    for (int i = 0; i < kPerSide; ++i)
+      for (int j = 0; j < kPerSide; ++j, ++row)
+        for (const auto& [vertex, weight] :
+             net.at(f, (i + 0.5) * kPatchSpans / kPerSide, (j + 0.5) * kPatchSpans / kPerSide))
+          entries.emplace_back(row, int(vertex), weight);
+  Rows places(row, Eigen::Index(net.vertexCount()));
+  places.setFromTriplets(entries.begin(), entries.end());
+  return places;
+}
+
+// How far each vertex of the net lies from the mean of those beside it, where edges are shorter than most multiplied by
+// as much.
+Rows bendsOf(const PatchNet& net, size_t quads, const Table& at) {
+  const auto count = Eigen::Index(net.vertexCount());
+  std::vector<Eigen::Triplet<double>> entries;
+  for (uint32_t f = 0; f < quads; ++f)
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j < 4; ++j) {
+        const std::array<uint32_t, 4> c{net.vertex(f, i, j), net.vertex(f, i + 1, j), net.vertex(f, i + 1, j + 1),
+                                        net.vertex(f, i, j + 1)};
+        for (size_t s = 0; s < 4; ++s) entries.emplace_back(int(c[s]), int(c[(s + 1) & 3]), 1.0);
+      }
+  Rows beside(count, count);
+  beside.setFromTriplets(entries.begin(), entries.end());  // each edge once either way, as every side has a partner
+  Rows bends(count, count);
+  entries.clear();
+  Eigen::VectorXd length = Eigen::VectorXd::Zero(count), degree = Eigen::VectorXd::Zero(count);
+  for (Eigen::Index v = 0; v < count; ++v)
+    for (Rows::InnerIterator it(beside, v); it; ++it) {
+      length[v] += it.value() * (at.row(v) - at.row(it.col())).norm();
+      degree[v] += it.value();
+    }
+  const double mean = length.sum() / degree.sum();
+  for (Eigen::Index v = 0; v < count; ++v) {
+    const double own = length[v] / degree[v];
+    const double share = std::clamp(own > 0 ? mean / own : kMostHeld, kLeastHeld, kMostHeld);
+    for (Rows::InnerIterator it(beside, v); it; ++it)
+      entries.emplace_back(int(v), int(it.col()), -share * it.value() / degree[v]);
+    entries.emplace_back(int(v), int(v), share);
+  }
+  bends.setFromTriplets(entries.begin(), entries.end());
+  return bends;
+}
+
+PatchSurface surfaceOf(const PatchNet& net, const QuadMesh& cage, const Table& at) {
+  PatchSurface surface;
+  surface.cage = cage;
+  surface.patches = net.patches();
+  surface.points.reserve(net.points().size());
+  for (const Weights& weights : net.points()) {
+    Vec3d sum = Vec3d::Zero();
+    for (const auto& [vertex, weight] : weights) sum += weight * at.row(vertex).transpose();
+    surface.points.push_back(sum);
+  }
+  for (uint32_t f = 0; f < cage.quads.size(); ++f)
+    for (size_t s = 0; s < 4; ++s) surface.cage.positions[cage.quads[f][s]] = surface.points[cage.quads[f][s]];
+  return surface;
+}
+
+// Rows of the places of the patches that are nearest to `points`, by a mesh of the patches as they are; empty ones
+// where what is nearest faces the other way.
+Rows placesNearest(const PatchNet& net, const PatchSurface& surface, const std::vector<Vec3d>& points,
+                   const std::vector<Vec3d>& normals, int threads) {
+  const TriangleMesh mesh = meshOf(surface, kFootSpan);
+  const NearestTriangle tree(mesh);
+  // Triangles of a patch lie together, two a cell of its grid.
+  constexpr int kCells = kPatchSpans * kFootSpan;
+  std::vector<Weights> rows(points.size());
+  parallelBlocks(
+      points.size(), threads,
+      [&](size_t begin, size_t end) {
+        uint32_t hint = UINT32_MAX;
+        for (size_t i = begin; i < end; ++i) {
+          const NearestTriangle::Hit hit = tree.nearest(points[i], hint);
+          hint = hit.triangle;
+          const uint32_t index = tree.indexOf(hit.triangle);
+          const auto& t = mesh.triangles[index];
+          const Vec3d &a = mesh.positions[t[0]], ab = mesh.positions[t[1]] - a, ac = mesh.positions[t[2]] - a;
+          const Vec3d foot = nearestOnTriangle(points[i], a, mesh.positions[t[1]], mesh.positions[t[2]]) - a;
+          // foot = s ab + r ac
+          const double bb = ab.dot(ab), bc = ab.dot(ac), cc = ac.dot(ac), det = bb * cc - bc * bc;
+          const double fb = foot.dot(ab), fc = foot.dot(ac);
+          const double s = det > 0 ? std::clamp((cc * fb - bc * fc) / det, 0.0, 1.0) : 0,
+                       r = det > 0 ? std::clamp((bb * fc - bc * fb) / det, 0.0, 1.0) : 0;
+          const uint32_t cell = index / 2 % (kCells * kCells);
+          // The first triangle has the corners (0, 0), (1, 0), (1, 1) of its cell, the second (0, 0), (1, 1), (0, 1).
+          const double u = cell / kCells + (index % 2 == 0 ? s + r : s),
+                       v = cell % kCells + (index % 2 == 0 ? r : s + r);
+          const uint32_t patch = index / (2 * kCells * kCells);
+          const double along = std::min(u, double(kCells)) / kFootSpan,
+                       across = std::min(v, double(kCells)) / kFootSpan;
+          const PatchSurface::Tangents tangents = surface.tangentsAt(patch, along, across);
+          if (tangents.u.cross(tangents.v).dot(normals[i]) >= 0) rows[i] = net.at(patch, along, across);
+        }
+      },
+      kBlock);
+  std::vector<Eigen::Triplet<double>> entries;
+  for (size_t i = 0; i < rows.size(); ++i)
+    for (const auto& [vertex, weight] : rows[i]) entries.emplace_back(int(i), int(vertex), weight);
+  Rows places(Eigen::Index(points.size()), Eigen::Index(net.vertexCount()));
+  places.setFromTriplets(entries.begin(), entries.end());
+  return places;
+}
+
+void multiply(const Rows& rows, const Table& by, Table& out, int threads) {
+  out.resize(rows.rows(), 3);
+  parallelBlocks(
+      size_t(rows.rows()), threads,
+      [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i) {
+          Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
+          for (Rows::InnerIterator it(rows, Eigen::Index(i)); it; ++it) sum += it.value() * by.row(it.col());
+          out.row(Eigen::Index(i)) = sum;
+        }
+      },
+      kRowBlock);
+}
+
+Vec3d areaOfTriangle(const TriangleMesh& mesh, const std::array<uint32_t, 3>& t) {
+  return (mesh.positions[t[1]] - mesh.positions[t[0]]).cross(mesh.positions[t[2]] - mesh.positions[t[0]]);
+}
+
+// Where a place should lie: on a plane, and by `along` near a place of it.
+struct Target {
+  Vec3d at = Vec3d::Zero(), normal = Vec3d::UnitZ();
+  double weight = 0;
+};
+
+// Rows and what they should give.
+class Pull {
+ public:
+  void set(Rows rows) {
+    rows_ = std::move(rows);
+    turned_ = rows_.transpose();
+    targets.resize(size_t(rows_.rows()));
+  }
+  std::vector<Target> targets;
+  [[nodiscard]] const Rows& rows() const { return rows_; }
+
+  // Adds the pull of x to `out`; of what x misses its targets by where `missed`.
+  void add(const Table& x, bool missed, double along, Table& out, int threads) {
+    multiply(rows_, x, there_, threads);
+    for (size_t i = 0; i < targets.size(); ++i) {
+      const Target& to = targets[i];
+      Vec3d off = there_.row(Eigen::Index(i)).transpose();
+      if (missed) off -= to.at;
+      there_.row(Eigen::Index(i)) =
+          (to.weight * (along * off + (1 - along) * off.dot(to.normal) * to.normal)).transpose();
+    }
+    multiply(turned_, there_, back_, threads);
+    out += back_;
+  }
+  void addDiagonal(double along, Eigen::VectorXd& out) const {
+    for (Eigen::Index i = 0; i < rows_.rows(); ++i)
+      for (Rows::InnerIterator it(rows_, i); it; ++it)
+        out[it.col()] += targets[size_t(i)].weight * (1 + 2 * along) / 3 * it.value() * it.value();
+  }
+
+ private:
+  Rows rows_, turned_;
+  Table there_, back_;
+};
+
+double weightOf(double off, double far) {
+  return std::clamp(off / far, 1.0, kMostFar);
+}
+
+}  // namespace
+
+PatchSurface fittedNet(const QuadMesh& cage, const TriangleMesh& clay, const NearestTriangle& tree, int rounds,
+                       int threads, const WorkPart& part) {
+  const QuadTopology topology(cage.positions.size(), cage.quads);
+  const PatchNet net(topology);
+  Table at = straightNet(net, cage);
+  Pull forth, back;
+  forth.set(placesOf(net, cage.quads.size()));
+  const Rows bends = bendsOf(net, cage.quads.size(), at), turnedBends = bends.transpose();
+
+  std::vector<Vec3d> allNormals(clay.positions.size(), Vec3d::Zero());
+  Eigen::AlignedBox3d box;
+  for (const auto& t : clay.triangles)
+    for (const uint32_t v : t) allNormals[v] += areaOfTriangle(clay, t);
+  for (const Vec3d& each : clay.positions) box.extend(each);
+  const double far = kFar * box.sizes().maxCoeff();
+  // As many places of the clay as of the patches: what they miss pulls them.
+  std::vector<Vec3d> points, normals;
+  const double stride = std::max(1.0, double(clay.positions.size()) / double(forth.targets.size()));
+  for (double i = 0; i < double(clay.positions.size()); i += stride) {
+    points.push_back(clay.positions[size_t(i)]);
+    normals.push_back(allNormals[size_t(i)].normalized());
+  }
+  const double share = double(forth.targets.size() + points.size()) / double(net.vertexCount());
+
+  std::vector<uint32_t> hints(forth.targets.size(), UINT32_MAX);
+  Table there, pull, held, bent;
+  int done = 0;
+  const auto look = [&] {
+    const PatchSurface now = surfaceOf(net, cage, at);
+    multiply(forth.rows(), at, there, threads);
+    parallelBlocks(
+        forth.targets.size(), threads,
+        [&](size_t begin, size_t end) {
+          for (size_t i = begin; i < end; ++i) {
+            Target& to = forth.targets[i];
+            const Vec3d from = there.row(Eigen::Index(i)).transpose();
+            to.at = nearestOn(clay, tree, from, hints[i]);
+            to.normal = areaOfTriangle(clay, tree.corners(hints[i])).normalized();
+            const int in = static_cast<int>(i % (kPerSide * kPerSide));
+            const PatchSurface::Tangents tangents = now.tangentsAt(static_cast<uint32_t>(i / (kPerSide * kPerSide)),
+                                                                   (in / kPerSide + 0.5) * kPatchSpans / kPerSide,
+                                                                   (in % kPerSide + 0.5) * kPatchSpans / kPerSide);
+            to.weight = tangents.u.cross(tangents.v).dot(to.normal) >= 0 ? weightOf((to.at - from).norm(), far) : 0;
+          }
+        },
+        kBlock);
+    back.set(placesNearest(net, now, points, normals, threads));
+    multiply(back.rows(), at, there, threads);
+    for (size_t i = 0; i < points.size(); ++i)
+      back.targets[i] = {points[i], normals[i],
+                         weightOf((there.row(Eigen::Index(i)).transpose() - points[i]).norm(), far)};
+  };
+  for (const Stage& stage : kStages) {
+    const double stiff = stage.stiff * share;
+    const auto apply = [&](const Table& x, bool missed) {
+      pull.setZero(x.rows(), 3);
+      forth.add(x, missed, stage.along, pull, threads);
+      back.add(x, missed, stage.along, pull, threads);
+      multiply(bends, x, held, threads);
+      multiply(turnedBends, held, bent, threads);
+      pull += stiff * bent;
+    };
+    for (int round = 0; round < rounds; ++round) {
+      look();
+      Eigen::VectorXd diagonal = Eigen::VectorXd::Constant(at.rows(), 1e-9);
+      forth.addDiagonal(stage.along, diagonal);
+      back.addDiagonal(stage.along, diagonal);
+      for (Eigen::Index i = 0; i < bends.rows(); ++i)
+        for (Rows::InnerIterator it(bends, i); it; ++it) diagonal[it.col()] += stiff * it.value() * it.value();
+      const Eigen::VectorXd inverse = diagonal.cwiseInverse();
+      // Conjugate gradients, preconditioned by the diagonal, from where the net is.
+      apply(at, true);
+      Table rest = -pull, way = inverse.asDiagonal() * rest, better;
+      double size = (rest.array() * way.array()).sum();
+      const double first = size;
+      for (int step = 0; step < kSteps && size > kSolved * first && size > 0; ++step) {
+        apply(way, false);
+        const double length = size / (way.array() * pull.array()).sum();
+        at += length * way;
+        rest -= length * pull;
+        better = inverse.asDiagonal() * rest;
+        const double next = (rest.array() * better.array()).sum();
+        way = better + (next / size) * way;
+        size = next;
+      }
+      part.step(double(++done) / double(rounds * int(std::size(kStages))));
+    }
+  }
+  return surfaceOf(net, cage, at);
+}
+
+}  // namespace argil::clay

@@ -1,0 +1,30 @@
+#pragma once
+// How far smooth patches lie off a clay.
+
+#include "clay/base/work_part.h"
+#include "clay/cage/patch_net.h"
+#include "clay/mesh/triangle_mesh.h"
+
+namespace argil::clay {
+
+/// Distances one way, mm, at `points` places.
+struct OneWay {
+  double rms = 0, p99 = 0, max = 0;
+  size_t points = 0;
+  Vec3d worstMm = Vec3d::Zero();  ///< Where the largest is.
+};
+struct PatchDeviation {
+  OneWay fromPatches, fromClay;  ///< From the patches to the clay's surface; and the other way.
+  /// Of the patches: no place of them lies farther off than this, as long as neither surface bends by more between two
+  /// places that were looked at than it does at these.
+  double boundMm = 0;
+};
+
+/// Both ways, at `perSpan`² places a span and at every vertex of the clay's mesh.
+[[nodiscard]] PatchDeviation deviationOf(const PatchSurface& surface, const TriangleMesh& clay, int perSpan,
+                                         int threads, const WorkPart& part);
+
+/// Triangles between `perSpan`² places a span, counter-clockwise seen from outside, closed.
+[[nodiscard]] TriangleMesh meshOf(const PatchSurface& surface, int perSpan);
+
+}  // namespace argil::clay
