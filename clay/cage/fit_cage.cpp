@@ -11,7 +11,7 @@ namespace argil::clay {
 
 namespace {
 
-constexpr int kTries = 2;  // cages
+constexpr int kTries = 3;  // cages
 constexpr int kTryRounds = 2, kRounds = 4;
 constexpr int kTrySpan = 4, kPerSpan = 6;  // places along a span that deviations are taken at
 constexpr double kMostOfMost = 3;          // an outlier may be so many times as far as 99 of 100 places
@@ -51,7 +51,7 @@ FittedPatches fitPatches(const Version& version, size_t most, int threads, const
   FittedPatches result;
   double best = INFINITY;
   for (int i = 0; i < kTries; ++i) {
-    const WorkPart own = part.part(0.1 + 0.25 * i, 0.35 + 0.25 * i);
+    const WorkPart own = part.part(0.1 + 0.17 * i, 0.27 + 0.17 * i);
     CoarseCage cage = maker.make(own.part(0, 0.3));
     const PatchSurface surface =
         fittedNet(cage.mesh, maker.surface(), maker.tree(), kTryRounds, threads, own.part(0.3, 0.8));
