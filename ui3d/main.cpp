@@ -128,10 +128,11 @@ int run(int argc, char** argv) {
                    "Document (.argil), level set (.vdb) or model (" + io::readableEndings() + ")")
       ->required();
   convertVerb
-      ->add_option("output", convert.output,
-                   "Document (.argil: without the history of the input, fit to be given away), level set (.vdb) or "
-                   "model (" +
-                       io::writableEndings() + ")")
+      ->add_option(
+          "output", convert.output,
+          "Document (.argil: without the history of the input, fit to be given away), level set (.vdb), solids "
+          "for CAD (.step, .stp) or model (" +
+              io::writableEndings() + ")")
       ->required();
   convertVerb->add_option("--voxel", convert.voxelMm, "By way of clay with this voxel size in mm: closed and repaired");
   convertVerb->add_option("--bits", convert.bits, "Clay with so many bits a voxel: 32, or 16 in half the memory")

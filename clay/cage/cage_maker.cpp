@@ -22,9 +22,9 @@ constexpr double kFinest = 1.4;       // voxels: nothing finer is looked at
 constexpr double kOfThickness = 0.7;  // an edge is at most so long: four quads go around a limb
 constexpr double kLeastOfEven = 0.25, kLeastRefined = 1.0 / 6;  // of an even edge
 constexpr double kGrowth = 0.35;                                // of sizes, a mm
-constexpr int kGrades = 60;
-constexpr double kOff = 1.5;                        // times the RMS: more is too far off
-constexpr double kSmallest = 0.5, kLargest = 1.25;  // times the size before
+constexpr int kGrades = 60;                                     // sweeps until they do, at most
+constexpr double kOff = 1.5;                                    // times the RMS: more is too far off
+constexpr double kSmallest = 0.5, kLargest = 1.25;              // times the size before
 
 int64_t shapeOf(uint64_t vertices, uint64_t quads) {
   // Each quad has two edges of its own.
@@ -129,7 +129,6 @@ CoarseCage CageMaker::make(const WorkPart& part) const {
     throw Error(fmt::format("no cage of at most {} quads goes around this piece: give more", most_), Error::Kind::work);
   cage.edgeMm = even_;
   cage.shape = shapeOf(cage.mesh.positions.size(), cage.mesh.quads.size());
-  cage.clayShape = shape_;
   return cage;
 }
 

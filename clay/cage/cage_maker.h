@@ -4,11 +4,20 @@
 #include <optional>
 
 #include "clay/base/work_part.h"
-#include "clay/cage/coarse_cage.h"
+#include "clay/cage/quad_mesh.h"
 #include "clay/mesh/nearest_triangle.h"
 #include "clay/store/version.h"
 
 namespace argil::clay {
+
+class Surface;  // clay/surface/surface.h
+
+struct CoarseCage {
+  QuadMesh mesh;
+  double edgeMm = 0;  ///< About how long its edges are.
+  /// Bodies less handles, counted with cavities: half of the Euler characteristic. The clay's is the same.
+  int64_t shape = 0;
+};
 
 /// Holds what all cages of a clay begin with: its surface, a mesh of many quads, and how long edges are to be at each
 /// vertex of the surface. One thread.
@@ -38,5 +47,13 @@ class CageMaker {
   QuadMesh fine_;
   std::vector<float> sizes_;
 };
+
+/// At most `most` quads on the surface, closed, whatever the clay is, and of its shape: the clay's own quads become
+/// fewer one by one, and none goes that would change it. Throws Error for empty clay, less than 24 quads, a shape that
+/// needs more quads than that; Cancelled. Cost: some seconds for 1 000 quads.
+[[nodiscard]] CoarseCage coarseCage(const Version& version, size_t most, const WorkPart& part);
+
+/// The quads that a surface is made of.
+[[nodiscard]] QuadMesh quadsOf(const Surface& surface);
 
 }  // namespace argil::clay

@@ -38,12 +38,15 @@ class Coarsener {
 
   QuadMesh run(size_t most, const WorkPart& part) {
     const size_t first = web_.count();
-    size_t done = 0;
+    size_t done = 0, doneBefore = 0;
     while (web_.count() > most) {
       if (queue_.empty()) {
-        if (++stage_ == std::size(kBulges)) break;
+        // What was refused may go once its surroundings have moved; where nothing went any more, be content with less.
+        if (done == doneBefore && ++stage_ == std::size(kBulges)) break;
+        doneBefore = done;
+        makeEven();
         for (uint32_t f = 0; f < web_.quads(); ++f)
-          if (web_.isThere(f)) offer(f);
+          if (web_.isThere(f)) ++changed_[f], offer(f);
         continue;
       }
       const Offer best = queue_.top();
@@ -52,12 +55,7 @@ class Coarsener {
       if (!collapse(best.quad, best.corner)) continue;
       if (++done % kStepEach == 0) part.step(double(first - web_.count()) / double(first - most));
     }
-    for (int round = 0; round < kAtTheEnd; ++round) {
-      for (uint32_t v = 0; v < web_.vertices(); ++v)
-        if (!web_.around(v).empty()) relax(v);
-      for (uint32_t v = 0; v < web_.vertices(); ++v)
-        if (!web_.around(v).empty()) turnAround(v);
-    }
+    for (int round = 0; round < kAtTheEnd; ++round) makeEven();
     return web_.mesh();
   }
 
@@ -78,11 +76,15 @@ class Coarsener {
     const auto& c = tree_.corners(hit.triangle);
     const Vec3d &x = surface_.positions[c[0]], &y = surface_.positions[c[1]], &z = surface_.positions[c[2]];
     web_.move(v, nearestOnTriangle(p, x, y, z));
-    size_[v] = (double(sizes_[c[0]]) + double(sizes_[c[1]]) + double(sizes_[c[2]])) / 3;
+    size_[v] = sizeOf(hit);
     const Vec3d n = (y - x).cross(z - x);
     if (n.squaredNorm() > 0) normals_[v] = n.normalized();
   }
 
+  double sizeOf(const NearestTriangle::Hit& hit) const {
+    const auto& c = tree_.corners(hit.triangle);
+    return (double(sizes_[c[0]]) + double(sizes_[c[1]]) + double(sizes_[c[2]])) / 3;
+  }
   double sizeBetween(uint32_t a, uint32_t b) const { return 0.5 * (size_[a] + size_[b]); }
 
   void offer(uint32_t f) {
@@ -94,6 +96,13 @@ class Coarsener {
       const double length = (web_.at(a) - web_.at(c)).norm() / sizeBetween(a, c);
       queue_.push({length * std::max(kLeastFactor, 1 - kUneven * *gain), f, changed_[f], corner});
     }
+  }
+
+  void makeEven() {
+    for (uint32_t v = 0; v < web_.vertices(); ++v)
+      if (!web_.around(v).empty()) relax(v);
+    for (uint32_t v = 0; v < web_.vertices(); ++v)
+      if (!web_.around(v).empty()) turnAround(v);
   }
 
   // How many corners of the quads around face outwards.
@@ -110,27 +119,29 @@ class Coarsener {
     return good;
   }
 
-  bool isNear(const Vec3d& p, double length, uint32_t hint) const {
-    const double most = std::max(finest_, kBulges[stage_] * length);
-    return most > 1e6 || tree_.nearest(p, hint).squared <= most * most;
+  // How far a place between vertices lies off the surface, in parts of what is allowed. Of what is long beside the size
+  // of the surface there only that size counts: a thin wall is not cut through.
+  double off(const Vec3d& p, double length, uint32_t hint) const {
+    if (stage_ + 1 == std::size(kBulges)) return 0;
+    const NearestTriangle::Hit hit = tree_.nearest(p, hint);
+    return std::sqrt(hit.squared) / std::max(finest_, kBulges[stage_] * std::min(length, 2 * sizeOf(hit)));
   }
-  bool edgeIsNear(const Vec3d& p, const Vec3d& q, uint32_t hint) const {
-    return isNear(0.5 * (p + q), (p - q).norm(), hint);
+  double edgeOff(const Vec3d& p, const Vec3d& q, uint32_t hint) const {
+    return off(0.5 * (p + q), (p - q).norm(), hint);
   }
-
-  // The quads around both corners stay near the surface when these are one.
-  bool staysNear(uint32_t f, uint32_t a, uint32_t c, const Vec3d& to) {
-    for (const uint32_t v : {a, c})
-      for (const uint32_t each : web_.around(v)) {
-        if (each == f) continue;
-        const auto& q = web_.quad(each);
-        const auto s = size_t(std::find(q.begin(), q.end(), v) - q.begin());
-        const Vec3d &next = web_.at(q[(s + 1) & 3]), &far = web_.at(q[(s + 2) & 3]), &last = web_.at(q[(s + 3) & 3]);
-        if (!edgeIsNear(to, next, hints_[v])) return false;
-        if (!isNear(0.25 * (to + next + far + last), 0.5 * ((to - far).norm() + (next - last).norm()), hints_[v]))
-          return false;
-      }
-    return true;
+  // The most of the middles of edges and quads around a vertex, if it were at `to`; but for quad `without`.
+  double offAround(uint32_t v, const Vec3d& to, uint32_t without = UINT32_MAX) const {
+    double most = 0;
+    for (const uint32_t each : web_.around(v)) {
+      if (each == without) continue;
+      const auto& q = web_.quad(each);
+      const auto s = size_t(std::find(q.begin(), q.end(), v) - q.begin());
+      const Vec3d &next = web_.at(q[(s + 1) & 3]), &far = web_.at(q[(s + 2) & 3]), &last = web_.at(q[(s + 3) & 3]);
+      most =
+          std::max({most, edgeOff(to, next, hints_[v]),
+                    off(0.25 * (to + next + far + last), 0.5 * ((to - far).norm() + (next - last).norm()), hints_[v])});
+    }
+    return most;
   }
 
   bool collapse(uint32_t f, int corner) {
@@ -140,10 +151,9 @@ class Coarsener {
     const Vec3d middle = 0.5 * (web_.at(a) + web_.at(c));
     const NearestTriangle::Hit hit = tree_.nearest(middle, hints_[a]);
     const auto& t = tree_.corners(hit.triangle);
-    if (!staysNear(
-            f, a, c,
-            nearestOnTriangle(middle, surface_.positions[t[0]], surface_.positions[t[1]], surface_.positions[t[2]])))
-      return false;
+    const Vec3d to =
+        nearestOnTriangle(middle, surface_.positions[t[0]], surface_.positions[t[1]], surface_.positions[t[2]]);
+    if (offAround(a, to, f) > 1 || offAround(c, to, f) > 1) return false;
     const uint32_t v = web_.collapse(f, corner);
     place(v, middle);
     relax(v);
@@ -169,12 +179,17 @@ class Coarsener {
       weights += weight;
     }
     const Vec3d was = web_.at(v), normal = normals_[v];
+    const double size = size_[v];
     const int before = facing(v);
     const Vec3d mean = sum / weights;
     place(v, was + 0.5 * (mean - was));
-    if (facing(v) < before) {
+    // What folds a quad, or draws one through the clay, does not stay.
+    bool worse = facing(v) < before;
+    if (const double now = worse ? 0 : offAround(v, web_.at(v)); now > 1) worse = now > offAround(v, was);
+    if (worse) {
       web_.move(v, was);
       normals_[v] = normal;
+      size_[v] = size;
     }
   }
 
@@ -189,7 +204,7 @@ class Coarsener {
           const std::optional<int> gain = web_.gainOfTurn(f, s, step);
           if (!gain || *gain <= 0) continue;
           const std::array<uint32_t, 2> ends = web_.endsOfTurn(f, s, step);
-          if (!edgeIsNear(web_.at(ends[0]), web_.at(ends[1]), hints_[ends[0]])) continue;
+          if (edgeOff(web_.at(ends[0]), web_.at(ends[1]), hints_[ends[0]]) > 1) continue;
           web_.turn(f, s, step);
           again = true;
           break;

@@ -10,10 +10,11 @@
 namespace argil::clay {
 
 /// At most `most` quads of the same closed shape, bodies, handles and all, whose edges are as long as `sizes` says in
-/// proportion: a number above 0 for each vertex of `surface`, which `tree` searches and the vertices lie on. Quads cut
-/// through what they stand for by no more than a fifth of their edges, or `finest` mm, where so few quads allow it: a
-/// limb has four around it. Fewer than so many is not always possible; the result then has more. Throws Error for a
-/// mesh that is not closed, Cancelled. Cost: about 0.2 ms a quad that goes.
+/// proportion: a number above 0 for each vertex of `surface`, which `tree` searches and the vertices lie on. Middles of
+/// edges and quads lie no farther off the surface than a fifth of their length, or of twice the size there, or `finest`
+/// mm, where so few quads allow it: a limb has four around it, a plate has both its sides. Where so few are not
+/// possible at all the result has more. Throws Error for a mesh that is not closed, Cancelled. Cost: about 0.2 ms a
+/// quad that goes.
 [[nodiscard]] QuadMesh coarsened(QuadMesh fine, const TriangleMesh& surface, const NearestTriangle& tree,
                                  const std::vector<float>& sizes, size_t most, double finest, const WorkPart& part);
 

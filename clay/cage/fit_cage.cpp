@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "clay/cage/cage_maker.h"
 #include "clay/cage/net_fit.h"
 #include "clay/surface/surface.h"
 

@@ -36,12 +36,9 @@ std::vector<std::string> writeCad(const std::filesystem::path& file, const Docum
     const clay::OneWay &there = made.deviation.fromPatches, &back = made.deviation.fromClay;
     sentences.push_back(fmt::format(
         "{}: {} smooth faces; from them to the clay {:.2g} mm RMS, {:.2g} in 99 of 100 places, {:.2g} at most (bound "
-        "{:.2g}); from the clay to them {:.2g}, {:.2g}, {:.2g}.",
+        "{:.2g}); from the clay to them {:.2g}, {:.2g}, {:.2g}; {} corners where other than four meet.",
         piece.name, made.surface.patches.size(), there.rms, there.p99, there.max, made.deviation.boundMm, back.rms,
-        back.p99, back.max));
-    if (made.cage.shape != made.cage.clayShape)
-      sentences.push_back(
-          fmt::format("{}: a thin part, a handle or a hole was lost or closed; more faces keep it.", piece.name));
+        back.p99, back.max, made.irregular));
   }
   io::writeStep(out, file.stem().string(), bodies, job);
   const double megabytes = double(out.bytes()) * 1e-6;

@@ -238,15 +238,39 @@ TEST(QuadWeb, StaysClosedAndOfItsShapeWhateverIsDone) {
 TEST(CoarseCage, KeepsThinLimbsAndHandles) {
   Version clay = makeSphere(Store::make(), grid(), Vec3d::Zero(), 30);
   clay = combine(clay, makeEllipsoid(Store::make(), grid(), {45, 0, 0}, {25, 2, 2}), Combination::join);
-  clay = combine(clay, makeTorus(Store::make(), grid(), {0, 0, 36}, 10, 1.5), Combination::join);
+  clay = combine(clay, makeTorus(Store::make(), grid(), {0, 34, 0}, 10, 1.5), Combination::join);
   const FittedPatches fitted = fitPatches(clay, 300, 2, WorkPart(nullptr));
   EXPECT_LE(fitted.surface.patches.size(), 300u);
-  EXPECT_EQ(fitted.cage.shape, fitted.cage.clayShape);
+  EXPECT_EQ(fitted.cage.shape, 0);  // one body, one handle
   std::printf("limbs: %.3f mm RMS, %.2f at most, back %.3f, %.2f\n", fitted.deviation.fromPatches.rms,
               fitted.deviation.fromPatches.max, fitted.deviation.fromClay.rms, fitted.deviation.fromClay.max);
   EXPECT_LT(fitted.deviation.fromClay.max, 1);
   EXPECT_LT(fitted.deviation.fromPatches.max, 1);
   EXPECT_LT(fitted.irregular, 90u);
+}
+
+// A wall that is thin beside an even quad has quads on both sides, and none goes through it.
+TEST(CoarseCage, QuadsStayAtTheSurface) {
+  const Version wall = makeBlock(Store::make(), grid(), Vec3d::Zero(), {60, 60, 3}, 0);
+  const CoarseCage cage = coarseCage(wall, 150, WorkPart(nullptr));
+  double most = 0;
+  for (const auto& quad : cage.mesh.quads) {
+    Vec3d middle = Vec3d::Zero();
+    for (const uint32_t v : quad) middle += cage.mesh.positions[v] / 4;
+    if (middle.head<2>().cwiseAbs().maxCoeff() < 25) most = std::max(most, std::abs(std::abs(middle.z()) - 1.5));
+  }
+  EXPECT_LT(most, 0.9) << "a fifth of twice the size, which is 0.7 of the wall";
+}
+
+// Ten bodies need sixty quads: no cage of fewer is made up.
+TEST(CoarseCage, SaysWhereSoFewQuadsCannotBe) {
+  Version balls = makeSphere(Store::make(), grid(), Vec3d::Zero(), 5);
+  for (int i = 1; i < 10; ++i)
+    balls = combine(balls, makeSphere(balls.store(), grid(), {14.0 * i, 0, 0}, 5), Combination::join);
+  EXPECT_THROW((void)coarseCage(balls, 50, WorkPart(nullptr)), Error);
+  const CoarseCage cage = coarseCage(balls, 120, WorkPart(nullptr));
+  EXPECT_EQ(cage.shape, 10);
+  EXPECT_LE(cage.mesh.quads.size(), 120u);
 }
 
 TEST(CoarseCage, IsClosedAndAsFineAsAskedWithTheClaysShape) {
@@ -255,8 +279,7 @@ TEST(CoarseCage, IsClosedAndAsFineAsAskedWithTheClaysShape) {
     const CoarseCage cage = coarseCage(ring, most, WorkPart(nullptr));
     EXPECT_LE(cage.mesh.quads.size(), most);
     EXPECT_GE(cage.mesh.quads.size(), most / 2);
-    EXPECT_EQ(cage.clayShape, 0);  // one body, one handle
-    EXPECT_EQ(cage.shape, 0);
+    EXPECT_EQ(cage.shape, 0);  // one body, one handle
     EXPECT_NO_THROW(QuadTopology(cage.mesh.positions.size(), cage.mesh.quads));
   }
   EXPECT_THROW((void)coarseCage(ring, 20, WorkPart(nullptr)), Error);
@@ -281,6 +304,16 @@ TEST(FitPatches, LieOnABallAndARing) {
   const FittedPatches around = fitPatches(ring, 300, 2, WorkPart(nullptr));
   EXPECT_LT(around.deviation.fromPatches.max, 0.06);
   EXPECT_LT(around.deviation.fromClay.max, 0.06);
+}
+
+TEST(FitPatches, AreTheSameForAnyCountOfThreads) {
+  const Version ball = combine(makeSphere(Store::make(), grid(), Vec3d::Zero(), 20),
+                               makeEllipsoid(Store::make(), grid(), {22, 3, 1}, {14, 4, 3}), Combination::join);
+  const FittedPatches one = fitPatches(ball, 80, 1, WorkPart(nullptr)),
+                      three = fitPatches(ball, 80, 3, WorkPart(nullptr));
+  ASSERT_EQ(one.surface.points.size(), three.surface.points.size());
+  for (size_t i = 0; i < one.surface.points.size(); ++i) ASSERT_EQ(one.surface.points[i], three.surface.points[i]) << i;
+  EXPECT_EQ(one.deviation.fromClay.max, three.deviation.fromClay.max);
 }
 
 // What is said of a surface that lies off is that it does.

@@ -125,6 +125,31 @@ TEST(Preparing, PegsStandAcrossTheCutInTheWorld) {
   }
 }
 
+// A wall before a mirror image holds the hand where it is, whatever the planes and turns.
+TEST(Preparing, WallsOfImagesComeBackToTheHand) {
+  StrokeImages images;
+  images.mirrors = {{{3, 1, 2}, {1, 2, 0.5}}, {{-1, 4, 0}, {0, 1, -1}}};
+  images.turns = 3;
+  images.axisPointMm = {5, 1, 0};
+  images.axis = {0.2, 0.1, 1};
+  haptics::Pose pose;
+  pose.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Vec3d(1, 1, 0).normalized()));
+  pose.translation = {4, -3, 9};
+  const ImageMaps maps(images, grid(), pose);
+  ASSERT_EQ(maps.count(), 12u);
+  clay::Stamp stamp;
+  stamp.a = {10, -7, 3};
+  stamp.b = {13, -5, 4};
+  std::vector<clay::Stamp> out;
+  maps.apply(stamp, out);
+  for (size_t i = 0; i < out.size(); ++i) {
+    clay::WallAhead wall{out[i].a, (out[i].b - out[i].a).normalized(), i};
+    maps.bringBack(wall);
+    EXPECT_LT((wall.place - stamp.a).norm(), 1e-9) << i;
+    EXPECT_LT((wall.wall - (stamp.b - stamp.a).normalized()).norm(), 1e-9) << i;
+  }
+}
+
 // However far a hand pushes the stylus through.
 TEST(Preparing, AWallLimitHoldsUnderAHand) {
   const auto ran = [](double leastWallMm) {
