@@ -8,7 +8,9 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <set>
+#include <thread>
 #include <utility>
 
 #include "bench/bench.h"
@@ -16,7 +18,9 @@
 #include "bench/tradeoff/page.h"
 #include "bench/tradeoff/work.h"
 #include "clay/base/error.h"
+#include "clay/base/parallel.h"
 #include "engine/document/random.h"
+#include "haptics/base/clock.h"
 #include "io/bytes/atomic_file.h"
 
 namespace argil::bench {
@@ -114,11 +118,20 @@ std::vector<std::string> design(QualityPart part) {
   return points;
 }
 
+// Processor time of the calling thread: works run side by side, each in one thread.
+class ThreadStopwatch {
+ public:
+  [[nodiscard]] double us() const { return static_cast<double>(haptics::threadWorkNs() - start_) * 1e-3; }
+
+ private:
+  int64_t start_ = haptics::threadWorkNs();
+};
+
 // A fixed piece of arithmetic of some fifty milliseconds: what the costs of a part's beginning are counted in.
 double yardstick() {
-  const CoreStopwatch watch;
+  const ThreadStopwatch watch;
   constexpr size_t kNumbers = size_t{1} << 14;
-  static std::vector<float> numbers(kNumbers, 1.25f);
+  thread_local std::vector<float> numbers(kNumbers, 1.25f);
   for (int pass = 0; pass < 1200; ++pass)
     for (size_t i = 1; i + 1 < kNumbers; ++i)
       numbers[i] = 0.5f * numbers[i] + 0.25f * (numbers[i - 1] + numbers[i + 1]) + 1e-6f;
@@ -155,11 +168,11 @@ Cost costOf(const std::vector<double>& ratios) {
 // A partner before and after each run: what slows the machine slows both. What all begin as has the yardstick for a
 // partner, and is the partner of everything else, as it asks the same of caches and memory.
 Cost measured(TradeoffWork& work, const Quality& quality, const Cost* standard) {
-  constexpr size_t kLeast = 3, kMost = 9;
+  constexpr size_t kLeast = 3, kMost = 7;
   constexpr double kWithin = 0.02;
   const auto partner = [&] {
     if (!standard) return yardstick();
-    const CoreStopwatch watch;
+    const ThreadStopwatch watch;
     work.run({});
     return watch.us() / standard->median;
   };
@@ -168,7 +181,7 @@ Cost measured(TradeoffWork& work, const Quality& quality, const Cost* standard) 
   work.run(quality);  // what is made once, and caches
   double before = partner();
   while (ratios.size() < kMost) {
-    const CoreStopwatch watch;
+    const ThreadStopwatch watch;
     work.run(quality);
     const double us = watch.us(), after = partner();
     ratios.push_back(2 * us / (before + after));
@@ -180,6 +193,8 @@ Cost measured(TradeoffWork& work, const Quality& quality, const Cost* standard) 
   work.run(quality);  // whose error is looked at
   return cost;
 }
+
+constexpr unsigned kMostThreads = 4;  // more wait for memory
 
 constexpr QualityPart kParts[] = {QualityPart::clay, QualityPart::strokes, QualityPart::touch, QualityPart::surface};
 
@@ -217,40 +232,58 @@ void benchTradeoff(BenchReport& report, const BenchOptions& options) {
     if (options.folder.empty()) throw Error("tradeoff: --from makes a page again: give it a --folder");
     return finish(report, readTradeoffCsv(options.from), options.folder);
   }
-  std::vector<TradeoffRow> rows;
-  size_t all = 0, done = 0;
-  std::vector<std::vector<std::unique_ptr<TradeoffWork>>> works;
-  std::vector<std::vector<std::string>> points;
+  // Each work with all of its points, one after the other, as what they are measured by is the work itself.
+  struct Task {
+    QualityPart part;
+    std::unique_ptr<TradeoffWork> work;
+    std::vector<TradeoffRow> rows;
+  };
+  std::vector<Task> tasks;
+  std::map<QualityPart, std::vector<std::string>> points;
+  size_t all = 0;
   for (const QualityPart part : kParts) {
-    works.push_back(tradeoffWork(part));
-    points.push_back(design(part));
-    all += works.back().size() * points.back().size();
-  }
-  for (const QualityPart part : kParts) {
-    report.heading(std::string(engine::nameOf(part)));
-    const size_t p = static_cast<size_t>(part);
-    std::map<const TradeoffWork*, Cost> standard;
-    for (const std::string& axes : points[p]) {
-      const Quality quality = qualityOf(axes);
-      for (const auto& work : works[p]) {
-        if (options.job) options.job->step(static_cast<double>(done++) / static_cast<double>(all));
-        const Cost cost = measured(*work, quality, axes.empty() ? nullptr : &standard.at(work.get()));
-        if (axes.empty()) standard[work.get()] = cost;
-        const TradeoffError error = work->error();
-        rows.push_back(
-            {part, axes, work->name, error.rms, error.most, work->unit, cost.median, cost.low, cost.high, error.bytes});
-        BenchResult result;
-        result.name =
-            fmt::format("tradeoff/{}/{}/{}", engine::nameOf(part), axes.empty() ? "standard" : axes, work->name);
-        result.unit = "×";
-        result.median = cost.median;
-        result.n = static_cast<uint64_t>(cost.runs);
-        result.note = fmt::format("off by {:.3g} {} RMS, {:.3g} at most", error.rms, work->unit, error.most);
-        report.add(result);
-      }
+    points[part] = design(part);
+    for (std::unique_ptr<TradeoffWork>& work : tradeoffWork(part)) {
+      tasks.push_back({part, std::move(work), {}});
+      all += points[part].size();
     }
-    works[p].clear();
   }
+  std::mutex mutex;  // of the report, and of what is done
+  size_t done = 0;
+  const auto measure = [&](Task& task) {
+    Cost standard;
+    for (const std::string& axes : points[task.part]) {
+      const Quality quality = qualityOf(axes);
+      const Cost cost = measured(*task.work, quality, axes.empty() ? nullptr : &standard);
+      if (axes.empty()) standard = cost;
+      const TradeoffError error = task.work->error();
+      task.rows.push_back({task.part, axes, task.work->name, error.rms, error.most, task.work->unit, cost.median,
+                           cost.low, cost.high, error.bytes});
+      BenchResult result;
+      result.name = fmt::format("tradeoff/{}/{}/{}", engine::nameOf(task.part), axes.empty() ? "standard" : axes,
+                                task.work->name);
+      result.unit = "×";
+      result.median = cost.median;
+      result.n = static_cast<uint64_t>(cost.runs);
+      result.note = fmt::format("off by {:.3g} {} RMS, {:.3g} at most", error.rms, task.work->unit, error.most);
+      const std::lock_guard lock(mutex);
+      report.add(result);
+      if (options.job) options.job->step(static_cast<double>(++done) / static_cast<double>(all));
+    }
+    task.work.reset();
+  };
+  clay::parallelBlocks(
+      tasks.size(), static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, kMostThreads)),
+      [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i) measure(tasks[i]);
+      },
+      1);
+  // As a table: part by part, point by point.
+  std::vector<TradeoffRow> rows;
+  for (const QualityPart part : kParts)
+    for (size_t point = 0; point < points[part].size(); ++point)
+      for (const Task& task : tasks)
+        if (task.part == part) rows.push_back(task.rows[point]);
   finish(report, rows, options.folder);
 }
 
