@@ -59,7 +59,7 @@ engine::PieceArguments randomArguments(const engine::PieceJob& row, const engine
     if (parameter.id == "width") low = 30, high = 120;
     if (parameter.id == "blend") low = 0, high = 2;
     if (parameter.id == "voxel") low = voxel * 0.7, high = voxel * 2;
-    if (parameter.unit == "mm" && row.pieces == 0 && parameter.id != "voxel") low = 8, high = 25;
+    if (parameter.unit == "mm" && row.makesNew() && parameter.id != "voxel") low = 8, high = 25;
     if (parameter.id == "tube") high = 7, low = 3;
     if (parameter.id == "round") low = 0, high = 3;
     if (parameter.id == "from") low = high = 0;

@@ -10,10 +10,14 @@
 #include "clay/brush/brush.h"
 #include "clay/field/primitives.h"
 #include "clay/mesh/wall_thickness.h"
+#include "clay/mould/best_pull.h"
+#include "clay/mould/mould.h"
+#include "clay/mould/pull_faces.h"
 #include "clay/store/store.h"
 #include "clay/surface/surface.h"
 #include "clay/surface/wall_map.h"
 #include "clay/whole/boolean.h"
+#include "engine/print/lay_flat.h"
 #include "engine/print/print_check.h"
 #include "engine/saving/session.h"
 
@@ -60,6 +64,44 @@ void strokes(BenchReport& report, const BenchOptions& options, const BenchModel&
   report.add(result);
 }
 
+// What a mould of two halves costs, and the questions before it.
+void moulds(BenchReport& report, const BenchOptions& options, const BenchModel& model, int threads) {
+  Surface surface(false);
+  (void)surface.update(model.version, threads);
+  const TriangleMesh mesh = surface.toMesh();
+  const double voxelMm = model.version.grid().voxelMm;
+  const auto add = [&](const char* name, const Samples& times, std::string note) {
+    BenchResult result = times.result(fmt::format("print/{}/{}", name, model.name));
+    result.triangles = mesh.triangles.size();
+    result.threads = threads;
+    result.note = std::move(note);
+    report.add(result);
+  };
+  Samples faces, best, mould, rests;
+  const Vec3d pull = Vec3d(0.2, 0.3, 1).normalized();
+  for (int i = 0; i < kRuns; ++i) {
+    if (options.job) options.job->step(0);
+    const Stopwatch watch;
+    (void)pullFaces(mesh, pull, 0.1 * voxelMm, 2, threads);
+    faces.add(watch.us());
+    const Stopwatch laid;
+    (void)engine::restsOf(model.version, {}, options.job);
+    rests.add(laid.us());
+  }
+  add("pull", faces, "undercuts and draft along one direction");
+  add("rests", rests, "ways to lie");
+  const Stopwatch watch;
+  const BestPull found = bestPull(mesh, voxelMm, threads, WorkPart(options.job));
+  best.add(watch.us());
+  add("best pull", best, fmt::format("{:.2g} % undercut", 100 * found.undercutShare));
+  const Stopwatch making;
+  const Mould made = makeMould(model.version, {.pull = Vec3d(Vec3d::UnitZ())}, threads, WorkPart(options.job));
+  mould.add(making.us());
+  add("mould", mould,
+      fmt::format("{:.3g} mm3 undercut, {} keys, {} sprues, {} vents", made.undercutMm3, made.keys, made.sprues,
+                  made.vents));
+}
+
 }  // namespace
 
 void benchPrint(BenchReport& report, const BenchOptions& options) {
@@ -91,6 +133,7 @@ void benchPrint(BenchReport& report, const BenchOptions& options) {
         fmt::format("all checks, at each of {:.2f} M vertices", static_cast<double>(surface.vertexCount()) / 1e6);
     report.add(result);
     for (const double radius : {12.0, 50.0}) strokes(report, options, model, radius, threads);
+    moulds(report, options, model, threads);
   }
   // Clay that is thin everywhere.
   const BenchModel model = benchSphere(benchSizes(options.largest).front());

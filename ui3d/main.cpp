@@ -164,6 +164,11 @@ int run(int argc, char** argv) {
                           "--voxel");
   inspectVerb->add_option("--wall", inspect.wallMm, "With --print: the thinnest wall in mm that is asked for");
   inspectVerb->add_option("--gap", inspect.gapMm, "With --print: the narrowest gap in mm that is asked for");
+  inspectVerb->add_option("--pull", inspect.pull,
+                          "Also what is undercut when a mould of two halves comes off along it: best, x, y, z or a "
+                          "direction such as 0,0.2,1");
+  inspectVerb->add_option("--draft", inspect.draftDegrees,
+                          "With --pull: the least angle in degrees between walls and the pull; 2 when left out");
   inspectVerb->add_flag("--json", inspect.json, "As JSON");
 
   cli::RecoverOptions recover;

@@ -168,7 +168,7 @@ Cost costOf(const std::vector<double>& ratios) {
 // A partner before and after each run: what slows the machine slows both. What all begin as has the yardstick for a
 // partner, and is the partner of everything else, as it asks the same of caches and memory.
 Cost measured(TradeoffWork& work, const Quality& quality, const Cost* standard) {
-  constexpr size_t kLeast = 3, kMost = 7;
+  constexpr size_t kLeast = 3, kMost = 5;
   constexpr double kWithin = 0.02;
   const auto partner = [&] {
     if (!standard) return yardstick();

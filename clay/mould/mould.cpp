@@ -166,7 +166,7 @@ class MouldMaker {
     const size_t count = size_t(columns_.width) * size_t(columns_.height);
     columns_.bottom.assign(count, NAN);
     columns_.top.assign(count, NAN);
-    std::vector<double> undercut(brickColumns(), 0);
+    std::vector<double> undercut(brickColumns(), 0), clay(brickColumns(), 0);
     parallelBlocks(
         brickColumns(), threads_,
         [&](size_t begin, size_t end) {
@@ -174,14 +174,16 @@ class MouldMaker {
             part.step(double(i) / double(brickColumns()));
             const auto [x, y] = brickColumn(i);
             const Shadows shadows(clay_, *block_, x, y);
-            undercut[i] = lookAt(shadows, x, y);
+            undercut[i] = lookAt(shadows, x, y, clay[i]);
           }
         },
         8);
     // In order, so that the sum is the same for any threads.
-    mould_.undercutMm3 = std::accumulate(undercut.begin(), undercut.end(), 0.0) * voxel() * voxel() * voxel();
+    const double voxel3 = voxel() * voxel() * voxel();
+    mould_.undercutMm3 = std::accumulate(undercut.begin(), undercut.end(), 0.0) * voxel3;
+    mould_.clayMm3 = std::accumulate(clay.begin(), clay.end(), 0.0) * voxel3;
   }
-  double lookAt(const Shadows& shadows, int x, int y) {
+  double lookAt(const Shadows& shadows, int x, int y, double& clay) {
     double undercut = 0;
     const auto z0 = static_cast<float>(first().z());
     for (size_t c = 0; c < Shadows::kColumns; ++c) {
@@ -197,6 +199,7 @@ class MouldMaker {
       }
       for (size_t z = 0; z < shadows.clay.size(); ++z) {
         const float here = shadows.clay[z][c], cast = std::max(shadows.fromHere[z][c], shadows.toHere[z][c]);
+        clay += filled(here);
         if (here - cast > kUneven) undercut += filled(cast) - filled(here);
       }
     }

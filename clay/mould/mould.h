@@ -10,19 +10,20 @@
 namespace argil::clay {
 
 struct MouldOptions {
-  std::optional<Vec3d> pull;  ///< mm of the piece, any length but zero; none: bestPull().
-  double wallMm = 8;          ///< Of the block around the clay, on each side: at least 4 voxels.
-  bool keys = true;           ///< Cones in the corners that hold the halves in place.
-  double clearanceMm = 0.15;  ///< Between a key and its hole, 0 to 5.
-  double sprueMm = 6;         ///< Width of the way in at the clay; 0: none.
-  bool vents = true;          ///< Ways out for air wherever it would be caught,
-  double ventMm = 1.5;        ///< so wide: at least 3 voxels.
+  std::optional<Vec3d> pull = {};  ///< mm of the piece, any length but zero; none: bestPull().
+  double wallMm = 8;               ///< Of the block around the clay, on each side: at least 4 voxels.
+  bool keys = true;                ///< Cones in the corners that hold the halves in place.
+  double clearanceMm = 0.15;       ///< Between a key and its hole, 0 to 5.
+  double sprueMm = 6;              ///< Width of the way in at the clay; 0: none.
+  bool vents = true;               ///< Ways out for air wherever it would be caught,
+  double ventMm = 1.5;             ///< so wide: at least 3 voxels.
 };
 
 struct Mould {
   /// In the frame of `turn`, stores of their own: what is taken off along +z, and what along −z.
   Version upper, lower;
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();  ///< From the piece to where the pull is +z.
+  double clayMm3 = 0;                                  ///< Of the piece.
   double undercutMm3 = 0;                              ///< That the cast has and the clay has not.
   double steepestDegrees = 0;                          ///< Of the surface between the halves.
   int keys = 0, sprues = 0, vents = 0;

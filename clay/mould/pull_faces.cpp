@@ -12,7 +12,8 @@ namespace {
 
 constexpr int kMostCells = 2048;  // along a side of the plane
 constexpr size_t kBlock = 4096;
-constexpr double kOneFace = 0.8;  // cosine of the angle up to which normals beside a face are of the same one
+constexpr double kUpright = 0.0175;  // sine of a degree: triangles of a wall that stands upright lean by as much
+constexpr double kOneFace = 0.8;     // cosine of the angle up to which normals beside a face are of the same one
 
 using Vec2d = Eigen::Vector2d;
 
@@ -135,9 +136,10 @@ PullFaces pullFaces(const TriangleMesh& mesh, const Vec3d& pull, double slackMm,
           const Vec3d normal = (p[1] - p[0]).cross(p[2] - p[0]);
           const double way = normal.z() < 0 ? -1 : 1, length = normal.norm();
           const Vec3d from = (p[0] + p[1] + p[2]) / 3 + (length > 0 ? slackMm / length : 0) * normal;
-          faces.sides[t] = columns.covered(from, way) ? PullSide::undercut
-                           : way < 0                  ? PullSide::lower
-                                                      : PullSide::upper;
+          const bool upright = std::abs(normal.z()) <= kUpright * length;
+          faces.sides[t] = !columns.covered(from, way)               ? (way < 0 ? PullSide::lower : PullSide::upper)
+                           : upright && !columns.covered(from, -way) ? (way < 0 ? PullSide::upper : PullSide::lower)
+                                                                     : PullSide::undercut;
         }
       },
       kBlock);

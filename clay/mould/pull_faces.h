@@ -10,8 +10,8 @@ namespace argil::clay {
 
 /// Which half of a mould a face comes out of.
 enum class PullSide : uint8_t {
-  upper,     ///< It looks along the pull, and nothing lies above it.
-  lower,     ///< It looks against the pull, and nothing lies below it.
+  upper,     ///< It looks along the pull or stands upright, and nothing lies above it.
+  lower,     ///< It looks against the pull or stands upright, and nothing lies below it.
   undercut,  ///< Something is in the way: neither half can be taken off.
 };
 
@@ -26,10 +26,10 @@ struct PullFaces {
 /// negative where it looks against it. `normal` and `pull` of any length but zero.
 [[nodiscard]] double draftDegrees(const Vec3d& normal, const Vec3d& pull);
 
-/// Each face by a line from its middle along the pull, or against it where it looks that way; the line begins `slackMm`
-/// before the face, so that a wall which stands upright is no undercut for being uneven by less. Exact but for that: no
-/// picture of heights stands between. The same for any `threads`. `pull`: a unit vector. Cost: about 0.3 s for a
-/// million triangles on one thread.
+/// Each face by a line from its middle along the pull, or against it where it looks that way; of one that stands
+/// upright within a degree either will do. The line begins `slackMm` before the face, so that a wall which stands
+/// upright does not cover itself for being uneven by less. Exact but for that: no picture of heights stands between.
+/// The same for any `threads`. `pull`: a unit vector. Cost: about 0.3 s for a million triangles on one thread.
 [[nodiscard]] PullFaces pullFaces(const TriangleMesh& mesh, const Vec3d& pull, double slackMm, double draftDegrees,
                                   int threads);
 

@@ -32,7 +32,7 @@ bool isYUp(const io::ModelFile& file, Up up) {
 bool beginsWithAPiece(const Script& script) {
   if (script.operations.empty() || script.operations.front().before > 0) return false;
   const PieceJob* row = findPieceJob(script.operations.front().id);
-  return row && row->pieces == 0;
+  return row && row->makesNew();
 }
 
 PreparedClay importMesh(std::shared_ptr<clay::Store> store, const std::filesystem::path& file, const Script& script,

@@ -113,7 +113,7 @@ std::vector<std::string> operate(Session& session, const ScriptOperation& operat
       throw Error(fmt::format("there is a piece {} already; name the new one otherwise", io::shown(operation.name)));
   }
   PieceResult result = runPieceJob(*row, *before, arguments, job);
-  if (row->pieces == 0) {
+  if (row->makesNew()) {
     for (Piece& piece : result.added) {
       if (!operation.name.empty()) piece.name = operation.name;
       piece.pose.translation = operation.centreMm;

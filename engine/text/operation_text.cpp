@@ -59,7 +59,7 @@ std::vector<std::string_view> keysOf(const PieceJob& row) {
   if (row.takesPlane) keys.push_back("plane");
   if (row.takesCurve) keys.insert(keys.end(), {"points", "direction", "closed"});
   if (row.takesBox) keys.push_back("box");
-  if (row.pieces == 0) keys.insert(keys.end(), {"name", "centre_mm", "axis"});
+  if (row.makesNew()) keys.insert(keys.end(), {"name", "centre_mm", "axis"});
   return keys;
 }
 
@@ -89,7 +89,7 @@ ScriptOperation readOperation(const Place& place) {
     for (const Place& piece : pieces.items()) operation.pieces.push_back(nameAt(piece));
     if (operation.pieces.size() != size_t(row.pieces))
       pieces.fail(fmt::format("must name {} pieces, and names {}", row.pieces, operation.pieces.size()));
-  } else {
+  } else if (row.makesNew()) {
     if (const auto name = place.maybe("name")) operation.name = nameAt(*name);
     if (const auto centre = place.maybe("centre_mm")) operation.centreMm = centre->vector();
     if (const auto axis = place.maybe("axis")) operation.axis = readDirection(*axis);
@@ -141,7 +141,7 @@ ordered_json operationJson(const ScriptOperation& operation) {
     json["box"] = list((*box)[0]);
     for (const auto& number : list((*box)[1])) json["box"].push_back(number);
   }
-  if (row->pieces == 0) {
+  if (row->makesNew()) {
     if (!operation.name.empty()) json["name"] = operation.name;
     if (operation.centreMm != Vec3d::Zero()) json["centre_mm"] = list(operation.centreMm);
     if (operation.axis != Vec3d::UnitZ()) json["axis"] = list(operation.axis);

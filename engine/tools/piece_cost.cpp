@@ -222,6 +222,30 @@ Measure pegs(const Document& document, const PieceArguments& a) {
       clay::PlaneDivider(piece.pose.applyInverse(a.plane.pointMm), piece.pose.rotation.conjugate() * a.plane.normal), 0,
       false);
 }
+Measure everything(const Document& document, const PieceArguments&) {
+  double all = 0;
+  for (const Piece& piece : document.pieces) all += bricksOf(piece);
+  return {all, 0, 0};
+}
+Measure lookedAt(const Document& document, const PieceArguments& a) {
+  return {bricksOf(at(document, a)), 0, 0};
+}
+Measure plate(const Document& document, const PieceArguments& a) {
+  const Piece& piece = at(document, a);
+  const Vec3d size =
+      (boundsOf(piece).high - boundsOf(piece).low).cwiseMax(0.0) + 2 * a.get<BaseValues>().marginMm * Vec3d(1, 1, 0);
+  const double added = bricks(2 * size.x() * size.y(), 1, voxelOf(piece));
+  return {bricksOf(piece), bricksOf(piece) + added, added};
+}
+// Both halves have the clay's surface between them, the block's, and what they meet in; all of the block is looked at.
+Measure halves(const Document& document, const PieceArguments& a) {
+  const Piece& piece = at(document, a);
+  const clay::BoxMm box = clay::boundsOf(piece.version);
+  const Vec3d size = (box.high - box.low).cwiseMax(0.0) + Vec3d::Constant(2 * a.get<MouldValues>().wallMm);
+  const double voxel = voxelOf(piece), edge = clay::kBrickEdge * voxel;
+  const double around = 2 * (2 * size.x() * size.y() + size.y() * size.z() + size.z() * size.x());
+  return {bricksOf(piece), bricksOf(piece) + bricks(around, 1, voxel), size.prod() / (edge * edge * edge)};
+}
 
 /// µs of one core for each brick of a measure, on the machine that kReferenceUs is of: `argil bench costs`.
 struct Rate {
@@ -248,6 +272,10 @@ constexpr std::array kRates{
     Rate{"infill", infill, 20, 0, 150},
     Rate{"drain", same, 20, 0, 0},
     Rate{"cut-pegs", pegs, 8, 0, 0},
+    Rate{"lay-flat", lookedAt, 4, 0, 0},
+    Rate{"base", plate, 20, 0, 150},
+    Rate{"nest", everything, 4, 0, 0},
+    Rate{"mould", halves, 40, 15, 12},
     Rate{"bend", bent, 205, 0, 6.5},
     Rate{"twist", twisted, 187, 0, 175},
     Rate{"taper", tapered, 247, 0, 3.4},

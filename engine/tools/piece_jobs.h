@@ -85,6 +85,9 @@ struct PieceJob {
   std::string_view brief = {};
   /// Of an operation that was added: what runs in place of `run`.
   const AddedJob* added = nullptr;
+  bool takesAll = false;  ///< Works on all pieces that are visible and not locked; `pieces` is 0.
+  /// It makes a piece where there was none.
+  [[nodiscard]] bool makesNew() const { return pieces == 0 && !takesAll; }
 };
 
 /// All rows, in the order of the menus, those that were added behind. Any thread; what was returned stays.

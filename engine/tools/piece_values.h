@@ -71,6 +71,27 @@ struct PegValues {
   bool loose = false;
   friend bool operator==(const PegValues&, const PegValues&) = default;
 };
+/// Under a piece that stands as it is in the world.
+struct BaseValues {
+  bool square = false;  ///< Else round.
+  double heightMm = 5, marginMm = 3, sunkMm = 1;
+  int dots = 0;
+  friend bool operator==(const BaseValues&, const BaseValues&) = default;
+};
+struct MouldValues {
+  int pull = 0;  ///< 0 where it comes off best, else an axis of the world: 1 x, 2 y, 3 z.
+  double wallMm = 8;
+  bool keys = true;
+  double clearanceMm = 0.15, sprueMm = 6;  ///< 0: no sprue.
+  bool vents = true;
+  double ventMm = 1.5;
+  friend bool operator==(const MouldValues&, const MouldValues&) = default;
+};
+struct NestValues {
+  double widthMm = 250, depthMm = 210, gapMm = 3;
+  int turns = 8;
+  friend bool operator==(const NestValues&, const NestValues&) = default;
+};
 /// Bend, twist and taper: a part of the piece along one of its axes, and what becomes of its end.
 struct AlongValues {
   int axis = 3;                   ///< Of the piece: 1 x, 2 y, 3 z.
@@ -113,10 +134,10 @@ struct AddedValues {
 };
 
 /// Those of one operation; none where it has no parameters.
-using PieceValues =
-    std::variant<std::monostate, CombineValues, OffsetValues, ShellValues, SmoothValues, ScaleValues, ResampleValues,
-                 PrecisionValues, CrumbValues, CutValues, InfillValues, DrainValues, PegValues, AlongValues,
-                 LatticeValues, SolidValues, MaskBlurValues, MaskCavityValues, MaskLassoValues, AddedValues>;
+using PieceValues = std::variant<std::monostate, CombineValues, OffsetValues, ShellValues, SmoothValues, ScaleValues,
+                                 ResampleValues, PrecisionValues, CrumbValues, CutValues, InfillValues, DrainValues,
+                                 PegValues, BaseValues, MouldValues, NestValues, AlongValues, LatticeValues,
+                                 SolidValues, MaskBlurValues, MaskCavityValues, MaskLassoValues, AddedValues>;
 
 /// The struct that a member belongs to.
 template <class Member>

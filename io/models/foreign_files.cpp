@@ -16,7 +16,6 @@ struct Sign {
 using namespace std::string_view_literals;
 
 constexpr const char* kVolume = "make a surface of it first, in 3D Slicer for example, and export that as STL";
-constexpr const char* kCad = "export it as STL or 3MF in the program that made it";
 constexpr const char* kScene = "export it as glTF (.glb) or OBJ in the program that made it";
 constexpr const char* kPicture = "a picture is no model";
 
@@ -32,8 +31,6 @@ constexpr std::array kForeign = {
     Foreign{{128, "DICM"sv, "a DICOM picture"}, kVolume},
     Foreign{{0, "ObjectType = Image"sv, "a MetaImage volume"}, kVolume},
     Foreign{{0, "NDims ="sv, "a MetaImage volume"}, kVolume},
-    Foreign{{0, "ISO-10303-21;"sv, "a STEP model"}, kCad},
-    Foreign{{72, "S      1"sv, "an IGES model"}, kCad},
     Foreign{{0, "Kaydara FBX Binary"sv, "an FBX scene"}, kScene},
     Foreign{{0, "; FBX"sv, "an FBX scene"}, kScene},
     Foreign{{0, "BLENDER"sv, "a Blender document"}, kScene},

@@ -69,6 +69,10 @@ const std::array kFormats = {
            .write = writeDraco,
            .colours = true,
            .triangleColours = true},
+    Format{.name = "STEP", .extension = ".step", .recognizes = recognizesStep, .readInProcess = readCad},
+    Format{.name = "STEP", .extension = ".stp", .recognizes = recognizesStep, .readInProcess = readCad},
+    Format{.name = "IGES", .extension = ".iges", .recognizes = recognizesIges, .readInProcess = readCad},
+    Format{.name = "IGES", .extension = ".igs", .recognizes = recognizesIges, .readInProcess = readCad},
 };
 
 // Rows are never moved: those who read them do not wait for those who add.

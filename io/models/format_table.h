@@ -98,6 +98,11 @@ bool recognizesDraco(const Input&);
 ModelFile readDraco(const std::filesystem::path&, Job*);
 void writeDraco(AtomicFile&, const ModelView&, const WriteOptions&, WriteReport&, Job*);
 
+bool recognizesStep(const Input&);
+bool recognizesIges(const Input&);
+/// STEP and IGES, in mm.
+ModelFile readCad(const std::filesystem::path&, Job*);
+
 /// Adds the polygon as a fan of triangles and counts it. At least three corners.
 void addPolygon(MeshFile& file, std::span<const uint32_t> corners);
 

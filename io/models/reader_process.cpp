@@ -73,6 +73,9 @@ class Process {
     fail(name, "made the reader crash (" + std::string(::strsignal(signal)) +
                    "), so it is damaged or unusual; export it again");
   }
+  constexpr int kNotStarted = 127;  // what the system's loader ends with when a library is missing
+  if (WIFEXITED(status) && WEXITSTATUS(status) == kNotStarted)
+    fail(name, "could not be read, as a library that its reader needs is missing; install argil again");
   fail(name, "could not be read, as the reader ended too early; export it again");
 }
 
@@ -180,7 +183,7 @@ void takeSpoken(const std::string& name, const Take& take, const ReaderLimits& l
 void run(const std::string& what, const std::string& file, int input, const std::string& name, const Take& take,
          Job* job, const ReaderLimits& limits) {
   if (spokenBytes) return takeSpoken(name, take, limits);
-  const std::filesystem::path program = readerProgram();
+  const std::filesystem::path program = readerProgram(what);
   Process process(program,
                   {what, file, std::to_string(limits.memoryBytes),
                    std::to_string(std::lround(std::ceil(limits.seconds))), std::to_string(limits.edge)},
@@ -226,8 +229,17 @@ std::string wireText(std::span<const std::byte> payload) {
   return text;
 }
 
-std::filesystem::path readerProgram() {
-  return programBeside("argil-reader", "ARGIL_READER", "it reads glTF, Draco, OpenVDB and pictures");
+std::filesystem::path readerProgram(std::string_view what) {
+  if (what != "cad") return programBeside("argil-reader", "ARGIL_READER", "it reads glTF, Draco, OpenVDB and pictures");
+  return programBeside("argil-reader-cad", "ARGIL_READER", "it reads STEP and IGES, and is made where OpenCASCADE is");
+}
+
+bool readsCad() {
+  try {
+    return !readerProgram("cad").empty();
+  } catch (const Error&) {
+    return false;
+  }
 }
 
 void runReader(const std::string& what, const std::filesystem::path& file, const Take& take, Job* job,

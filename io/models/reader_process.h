@@ -8,6 +8,7 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <type_traits>
 
 #include "clay/base/job.h"
@@ -21,13 +22,17 @@ struct ReaderLimits {
   int edge = 1024;                           ///< Pixels along an edge of a picture.
 };
 
-/// Where argil-reader is: what ARGIL_READER names, else beside the running program. Throws Error when it is not there.
-[[nodiscard]] std::filesystem::path readerProgram();
+/// The program that reads this: what ARGIL_READER names, else beside the running program argil-reader, or
+/// argil-reader-cad for "cad". Throws Error when it is not there.
+[[nodiscard]] std::filesystem::path readerProgram(std::string_view what);
+/// Whether STEP and IGES can be read: this program was built where OpenCASCADE was.
+[[nodiscard]] bool readsCad();
 
-/// Starts `argil-reader WHAT FILE` without forking, gives it the limits, lets it open nothing to write, and calls back
-/// with each message that it sends: its kind and its payload, of which nothing was checked but the length; `end` comes
-/// last. Throws Error with the sentence that the reader sent, or one that says that the file made it run out of memory,
-/// time or crash; Cancelled (it is killed). It has ended when this returns or throws. Any thread but the servo's.
+/// Starts `argil-reader WHAT FILE` (or argil-reader-cad) without forking, gives it the limits, lets it open nothing to
+/// write, and calls back with each message that it sends: its kind and its payload, of which nothing was checked but
+/// the length; `end` comes last. Throws Error with the sentence that the reader sent, or one that says that the file
+/// made it run out of memory, time or crash; Cancelled (it is killed). It has ended when this returns or throws. Any
+/// thread but the servo's.
 void runReader(const std::string& what, const std::filesystem::path& file,
                const std::function<void(wire::Kind, std::span<const std::byte>)>& take, Job* job = nullptr,
                const ReaderLimits& limits = {});

@@ -10,17 +10,10 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
-#include <cerrno>
-#include <cstdio>
-#include <cstdlib>
-#include <fstream>
-#include <new>
-#include <stdexcept>
-#include <string_view>
+#include <array>
 
-#include "clay/base/error.h"
 #include "io/reader/reader.h"
-#include "io/sandbox/sandbox.h"
+#include "io/reader/run.h"
 
 namespace argil::io::reader {
 
@@ -43,68 +36,20 @@ void tryForbidden(const std::filesystem::path& file, Sender& sender) {
   ::execl("/bin/true", "true", nullptr);  // whose empty stream is the note
 }
 
-namespace {
-
-// No file but `readable`, no calls but those of reading. A sentence for the user where the system can do only one of
-// the two, or neither.
-std::string confine(const std::filesystem::path& readable) {
-  if (kConfinesNothing) return {};
-  const bool files = confineFiles(std::span(&readable, 1)), calls = confineCalls(Calls::reading);
-  if (files && calls) return {};
-  const std::string cannot = "this system cannot confine the program that reads such files";
-  if (calls)
-    return cannot + " to this one (it has no Landlock): it could read others of yours if a damaged file misled it";
-  if (files) return cannot + " fully (it has no seccomp): open only files that you trust";
-  return cannot + " (it has neither seccomp nor Landlock): open only files that you trust";
-}
-
-}  // namespace
 }  // namespace argil::io::reader
 
 int main(int argc, char** argv) {
-  using namespace argil;
-  using namespace argil::io;
-  if (argc < 3) {
-    std::fputs(
-        "argil-reader is started by argil: argil-reader gltf|draco|vdb|grey|colour FILE [MEMORY-BYTES SECONDS "
-        "[PIXELS]]\n",
-        stderr);
-    return 2;
-  }
-  const std::string_view what = argv[1];
-  const std::filesystem::path file = argv[2];
-  reader::Sender sender;
-  try {
-    limitResources({.memoryBytes = argc > 3 ? std::strtoull(argv[3], nullptr, 10) : uint64_t{4} << 30,
-                    .cpuSeconds = argc > 4 ? std::strtoull(argv[4], nullptr, 10) : 120,
-                    .endsWithParentThread = true});
-    // glTF keeps its buffers in its folder.
-    const std::string unconfined = reader::confine(what == "gltf" ? file.parent_path() : file);
-    if (!unconfined.empty()) sender.note(unconfined);
-    if (what == "gltf") {
-      reader::readGltf(file, sender);
-    } else if (what == "draco") {
-      reader::readDraco(file, sender);
-    } else if (what == "vdb") {
-      reader::readVdb(file, sender);
-    } else if (what == "grey" || what == "colour") {
-      reader::readPicture(file, what == "grey" ? reader::PictureAs::grey : reader::PictureAs::colour,
-                          argc > 5 ? std::atoi(argv[5]) : 1024, sender);
-    } else if (what == "forbidden") {
-      reader::tryForbidden(file, sender);
-    } else {
-      throw Error("the reader does not know the format " + std::string(what), Error::Kind::work);
-    }
-    sender.plain(wire::Kind::end);
-  } catch (const Error& error) {
-    sender.text(wire::Kind::error, error.what());
-  } catch (const std::bad_alloc&) {
-    sender.plain(wire::Kind::memory);
-  } catch (const std::length_error&) {
-    sender.plain(wire::Kind::memory);
-  } catch (const std::exception& error) {
-    sender.text(wire::Kind::error, std::string("is damaged (") + error.what() + "); export it again");
-  }
-  sender.flush();
-  ::_exit(0);  // what the libraries hold is not worth destroying
+  using namespace argil::io::reader;
+  static constexpr std::array<Reads, 6> kTable{{
+      // It keeps its buffers in its folder.
+      {"gltf", [](const auto& file, int, Sender& sender) { readGltf(file, sender); }, true},
+      {"draco", [](const auto& file, int, Sender& sender) { readDraco(file, sender); }},
+      {"vdb", [](const auto& file, int, Sender& sender) { readVdb(file, sender); }},
+      {"grey",
+       [](const auto& file, int largest, Sender& sender) { readPicture(file, PictureAs::grey, largest, sender); }},
+      {"colour",
+       [](const auto& file, int largest, Sender& sender) { readPicture(file, PictureAs::colour, largest, sender); }},
+      {"forbidden", [](const auto& file, int, Sender& sender) { tryForbidden(file, sender); }},
+  }};
+  run(argc, argv, kTable);
 }

@@ -15,6 +15,7 @@
 #include "engine/text/quality_text.h"
 #include "ui3d/cli/inspect_cost.h"
 #include "ui3d/cli/inspect_print.h"
+#include "ui3d/cli/inspect_pull.h"
 #include "ui3d/cli/mesh_input.h"
 #include "ui3d/cli/verbs.h"
 
@@ -23,6 +24,8 @@ namespace argil::cli {
 namespace {
 
 constexpr double kWorthSaying = 1e-3;  // of the surface
+constexpr double kUneven = 0.1;        // voxels that a wall which stands upright may be uneven by,
+constexpr double kUnevenMesh = 1e-5;   // and of a mesh's size, as it has no voxels
 
 // What a version pays for beside its distances.
 std::string channelsOf(const clay::Version& version) {
@@ -77,6 +80,7 @@ void printTopology(const clay::TopologyReport& t) {
 void inspectClay(const InspectOptions& options) {
   if (options.voxelMm) throw Error("--voxel: clay has its voxels already; leave it out");
   const auto print = printOf(options);
+  const bool pull = pullAsked(options);
   const engine::LoadedDocument loaded = engine::loadDocument(options.input, {}, options.job);
   const engine::Document& document = *loaded.document;
   nlohmann::ordered_json json;
@@ -110,8 +114,15 @@ void inspectClay(const InspectOptions& options) {
                               {"channel_bricks", stats.channelBricks},
                               {"hash", fmt::format("{:016x}", piece.version.hash())},
                               {"surface", topologyJson(skin)}});
+    std::optional<engine::PullReport> pulled;
+    if (pull) {
+      clay::TriangleMesh mesh = surface.toMesh();
+      for (Vec3d& each : mesh.positions) each = piece.pose.apply(each);
+      pulled = pullOf(options, mesh, kUneven * piece.version.grid().voxelMm);
+    }
     if (options.cost) held.push_back(std::move(surface));
     if (options.json) {
+      if (pulled) json["pieces"].back()["mould"] = pullJson(*pulled);
       if (print)
         json["pieces"].back()["print"] =
             printJson(*print, engine::checkPrint(piece.version, piece.pose, *print, options.job));
@@ -123,6 +134,7 @@ void inspectClay(const InspectOptions& options) {
                static_cast<double>(stats.bytes()) / (1 << 20), active, channelsOf(piece.version));
     printTopology(skin);
     if (print) sayPrint(*print, engine::checkPrint(piece.version, piece.pose, *print, options.job));
+    if (pulled) sayPull(options, *pulled);
   }
   for (const engine::Part& part : document.parts) {
     const clay::TopologyReport mesh = clay::checkTopology(*part.mesh);
@@ -141,6 +153,7 @@ void inspect(const InspectOptions& options) {
   requireModel(options.input, options.place);
   if (engine::holdsClay(options.input)) return inspectClay(options);
   const auto print = printOf(options);
+  const bool pull = pullAsked(options);
   if (print && (!options.voxelMm || options.cost))
     throw Error("--print looks at clay: give the model's --voxel too, and leave out --cost");
   io::MeshFile file = readMeshIn(options.input, options.place, options.job);
@@ -169,6 +182,11 @@ void inspect(const InspectOptions& options) {
     if (options.voxelMm && walls.shareThinner(*options.voxelMm) > kWorthSaying)
       fmt::print("  at risk     {:.2g} % of the surface bounds walls thinner than voxels of {} mm\n",
                  100 * walls.shareThinner(*options.voxelMm), *options.voxelMm);
+  }
+  if (pull) {
+    const engine::PullReport pulled = pullOf(options, file.mesh, kUnevenMesh * (mesh.high - mesh.low).maxCoeff());
+    json["mould"] = pullJson(pulled);
+    if (!options.json) sayPull(options, pulled);
   }
   if (options.cost) {
     json["cost"] = planCosts(file.mesh, options.voxelMm, !options.json);

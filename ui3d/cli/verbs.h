@@ -65,6 +65,9 @@ struct InspectOptions {
   /// A way to print (engine/print/print_check.h): also what stands in its way. Empty: none.
   std::string print;
   std::optional<double> wallMm, gapMm;  ///< In place of its own limits.
+  /// Also what a mould of two halves has against it: "best", an axis or "x,y,z". Empty: nothing.
+  std::string pull;
+  std::optional<double> draftDegrees;  ///< 2 when left out.
   bool json = false;
   Job* job = nullptr;
 };

@@ -136,6 +136,36 @@ std::map<std::string, Case> cases() {
           EXPECT_NEAR(r["pieces"][0]["surface"]["low_mm"][2].get<double>(), 0, 0.1);
           EXPECT_GT(r["pieces"][1]["surface"]["high_mm"][2].get<double>(), 1.5);
         }}},
+      {"lay-flat",
+       {R"({"operation":"cut-plane","plane":[2,0,0,1,0,0],"keep":-1},{"operation":"lay-flat"})",
+        kBall - kPi * 36 * (24 - 6) / 3, 0.01, 1, 1,
+        [](const json& r) {
+          // On the cut, where its lowest place was.
+          EXPECT_NEAR(low(r, 2), -8, 0.1);
+          EXPECT_NEAR(high(r, 2) - low(r, 2), 10, 0.1);
+        }}},
+      {"base",
+       {R"({"operation":"base","height_mm":5,"margin_mm":3,"sunk_mm":1,"dots":2})",
+        kBall + kPi * 121 * 5 - kPi * (24 - 1) / 3 - 2 * 2.0 / 3 * kPi * 3.375, 0.01, 1, 1,
+        [](const json& r) {
+          EXPECT_NEAR(low(r, 2), -12, 0.1);
+          EXPECT_NEAR(high(r, 0), 11, 0.1);
+        }}},
+      {"nest",
+       {ball("Other", 3, "[200,0,7]") + R"({"operation":"nest","gap_mm":2})", kBall + ballOf(3), 0.01, 2, 2,
+        [](const json& r) {
+          EXPECT_EQ(r["notes"][0], "2 pieces on 1 bed.");
+          EXPECT_LT(high(r, 0) - low(r, 0), 26);
+          EXPECT_LT(high(r, 1) - low(r, 1), 26);
+          EXPECT_NEAR(low(r, 2), -8, 0.1);
+        }}},
+      {"mould",
+       {R"({"operation":"mould","pull":"z","wall_mm":8})", 32.5 * 32.5 * 32.5, 0.06, 3, 3,
+        [](const json& r) {
+          EXPECT_EQ(r["pieces"][1]["name"], "Clay, mould below");
+          EXPECT_EQ(r["pieces"][2]["name"], "Clay, mould above");
+          EXPECT_EQ(r["notes"].size(), 1u);
+        }}},
       {"cut-plane",
        {R"({"operation":"cut-plane","plane":[0,0,2,0,0,1],"keep":0})", kBall, 0.01, 2, 2,
         [](const json& r) { EXPECT_NEAR(r["pieces"][0]["surface"]["low_mm"][2].get<double>(), 2, 0.1); }}},

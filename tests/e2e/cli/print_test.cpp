@@ -47,12 +47,43 @@ TEST_F(PrintCheck, AThinPlateIsToldWithItsPlace) {
   EXPECT_EQ(json::parse(own.out)["pieces"][0]["print"]["troubles"], 0);
 }
 
+TEST_F(PrintCheck, AMouldsUndercutsAreTold) {
+  // A bore across z and along y.
+  std::ofstream(scratch_ / "bored.json")
+      << R"({"argil": 1, "units": "mm", "setup": [{"voxel_mm": 0.25}, {"block": {"size_mm": [20, 20, 20]}}],
+    "strokes": [{"operation": "cylinder", "radius_mm": 4, "height_mm": 30, "axis": [0, 1, 0], "name": "Bore"},
+                {"operation": "cut", "pieces": ["Clay", "Bore"]}]})";
+  const std::string file = (scratch_ / "bored.argil").string();
+  ASSERT_EQ(argil({"sculpt", (scratch_ / "bored.json").string(), "-o", file}).code, 0);
+  const auto mould = [&](const std::string& pull) {
+    const Outcome said = argil({"inspect", file, "--pull", pull, "--draft", "1", "--json"});
+    EXPECT_EQ(said.code, 0) << said.err;
+    return json::parse(said.out)["pieces"][0]["mould"];
+  };
+  // Both halves of the bore's wall.
+  EXPECT_NEAR(mould("z")["undercut_mm2"].get<double>(), 2 * 3.14159 * 4 * 20, 25);
+  EXPECT_EQ(mould("0,0,-3")["undercuts"].size(), mould("z")["undercuts"].size());
+  EXPECT_LT(mould("y")["undercut_mm2"].get<double>(), 1);
+  const json best = mould("best");
+  EXPECT_NEAR(std::abs(best["pull"][1].get<double>()), 1, 0.01);
+  const Outcome words = argil({"inspect", file, "--pull", "z"});
+  EXPECT_NE(words.out.find("from a mould, pulled along (0.000, 0.000, 1.000)"), std::string::npos) << words.out;
+  EXPECT_NE(words.out.find("less than 2°"), std::string::npos) << words.out;
+}
+
 TEST_F(PrintCheck, BadWordsAreOneLine) {
   const std::string file = sculpted(R"({"block": {"size_mm": [20, 20, 10]}})");
   for (const std::vector<std::string>& words :
        std::vector<std::vector<std::string>>{{"--print", "clay"},
                                              {"--wall", "1"},
                                              {"--print", "sla", "--wall", "-1"},
+                                             {"--draft", "2"},
+                                             {"--pull", "up"},
+                                             {"--pull", "0,0,0"},
+                                             {"--pull", "1,2"},
+                                             {"--pull", "1,2,3,4"},
+                                             {"--pull", "1,2,nan"},
+                                             {"--pull", "z", "--draft", "60"},
                                              {"--print", "sla", "--wall", "100"}}) {
     std::vector<std::string> all{"inspect", file};
     all.insert(all.end(), words.begin(), words.end());

@@ -32,7 +32,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
 const std::map<std::string, std::vector<std::string>> kFloors = {
     {"clay", {"base", "kernels", "store", "field", "mesh", "surface", "import", "brush", "whole", "cage", "mould"}},
     {"haptics", {"base", "threads", "scene", "contact", "servo", "devices", "analysis"}},
-    {"io", {"bytes", "records", "sandbox", "reader", "models", "cad"}},
+    {"io", {"bytes", "records", "sandbox", "reader", "cad_reader", "models", "cad"}},
     {"engine", {"document", "print", "tools", "text", "plugins", "saving", "models", "session"}},
     {"render", {"view", "surface", "gpu", "renderer"}},
     {"ui3d/studio", {"view", "files", "input", "widgets", "kit", "panels"}},

@@ -145,7 +145,6 @@ TEST_F(PackedModel, WhatIsNoModelIsCalledByItsName) {
   nifti.replace(344, 4, "n+1", 4);
   EXPECT_THAT(refusal("scan.nii", nifti), HasSubstr("is a NIfTI volume: make a surface of it first"));
   EXPECT_THAT(refusal("scan.nii.gz", gzip(nifti)), HasSubstr("is a NIfTI volume: make a surface of it first"));
-  EXPECT_THAT(refusal("a.step", "ISO-10303-21;\nHEADER;"), HasSubstr("is a STEP model: export it as STL"));
   EXPECT_THAT(refusal("a.obj", std::string("\xff\xfev\0 \0", 6)), HasSubstr("is text in UTF-16: save it as UTF-8"));
   EXPECT_THAT(refusal("a.fbx", "Kaydara FBX Binary  "), HasSubstr("an FBX scene"));
   EXPECT_THAT(refusal("a.blend", "BLENDER-v304"), HasSubstr("a Blender document"));

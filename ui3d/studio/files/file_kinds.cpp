@@ -26,7 +26,7 @@ constexpr std::array kKinds{
              true},
     FileKind{".drc", "Draco", "", true, true,
              "The smallest file: rounded within a stated error. It names no unit: read it as mm.", true},
-    FileKind{".step", "STEP", "mm", false, false,
+    FileKind{".step", "STEP", "mm", true, true,
              "For CAD: few smooth faces, fitted to the clay; it is said how far they lie off.", false},
     FileKind{".vdb", "OpenVDB", "", true, true,
              "The clay itself, as a level set, for effects and simulation. It names no unit: read it as mm.", false},
@@ -34,6 +34,9 @@ constexpr std::array kKinds{
     FileKind{".gz", "Packed model", "", true, true, "", false},
     FileKind{".zip", "Packed model", "", true, true, "", false},
     FileKind{".off", "OFF", "", true, true, "", false},
+    FileKind{".stp", "STEP", "mm", true, true, "", false},
+    FileKind{".iges", "IGES", "mm", true, true, "", false},
+    FileKind{".igs", "IGES", "mm", true, true, "", false},
 };
 
 std::vector<std::string> endings(bool FileKind::*which) {

@@ -218,7 +218,8 @@ void addPieceRows(std::vector<Action>& rows) {
     rows.push_back({"piece." + id, std::string(job.name) + (asks(job) ? "…" : ""), std::string(job.help), "Piece",
                     key == kPieceKeys.end() ? "" : key->second, operate, id,
                     id == "mask-show" ? hidesPart
-                    : job.pieces == 0 ? nullptr
+                    : job.makesNew()  ? nullptr
+                    : job.takesAll    ? hasClay
                     : job.pieces == 1 ? hasClay
                                       : hasTwoPieces});
     if (id == "mask-hide") rows.back().checked = [](const Context& c, Text) { return hidesPart(c); };

@@ -40,7 +40,7 @@ constexpr std::array kWords{Words{"keep", false, -1, {"Behind it", "Both sides",
                             Words{"axis", false, 1, {"x", "y", "z"}}};
 
 void drawNumber(const Parameter& row, bool curve, engine::PieceArguments& arguments) {
-  if (row.unit.empty() && row.low == 0 && row.high == 1) {
+  if (row.unit.empty() && row.choices.empty() && row.low == 0 && row.high == 1) {
     bool on = row.get(arguments) > 0.5;
     if (kit::toggle(row.name, on, row.help)) row.change(arguments, on ? 1 : 0);
     return;

@@ -1,4 +1,4 @@
-// glTF and Draco: what the reader process sends becomes a model.
+// glTF, Draco, STEP and IGES: what a reader process sends becomes a model.
 
 #include <algorithm>
 #include <cmath>
@@ -161,6 +161,29 @@ bool recognizesGltf(const Input& input) {
 
 bool recognizesDraco(const Input& input) {
   return input.text().starts_with("DRACO");
+}
+
+bool recognizesStep(const Input& input) {
+  return input.text().starts_with("ISO-10303-21;");
+}
+
+bool recognizesIges(const Input& input) {
+  // Cards of 80 columns, the last eight the section and its number: the first begins the section of the start.
+  constexpr size_t kSection = 72, kNumber = 73, kCard = 80;
+  const std::string_view text = input.text();
+  if (text.size() < kCard || text[kSection] != 'S') return false;
+  const std::string_view number = text.substr(kNumber, kCard - kNumber);
+  return number.ends_with('1') && number.find_first_not_of(" 0") == number.size() - 1;
+}
+
+ModelFile readCad(const std::filesystem::path& path, Job* job) {
+  if (!readsCad())
+    fail(displayName(path),
+         "is a CAD model, which is read by OpenCASCADE, and that is not part of this argil: export it "
+         "as STL or 3MF in the program that made it");
+  ModelFile model = readModelInProcess("cad", path, job);
+  model.unitMm = 1;
+  return model;
 }
 
 ModelFile readGltf(const std::filesystem::path& path, Job* job) {

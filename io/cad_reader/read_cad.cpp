@@ -1,0 +1,218 @@
+// STEP and IGES, by OpenCASCADE.
+
+#include <BRepBndLib.hxx>
+#include <BRepBuilderAPI_Sewing.hxx>
+#include <BRepMesh_IncrementalMesh.hxx>
+#include <BRep_Tool.hxx>
+#include <Bnd_Box.hxx>
+#include <IGESCAFControl_Reader.hxx>
+#include <Message.hxx>
+#include <Message_Messenger.hxx>
+#include <Poly_Triangulation.hxx>
+#include <Quantity_Color.hxx>
+#include <STEPCAFControl_Reader.hxx>
+#include <Standard_Failure.hxx>
+#include <TDF_Label.hxx>
+#include <TDF_LabelSequence.hxx>
+#include <TDataStd_Name.hxx>
+#include <TDocStd_Document.hxx>
+#include <TopExp_Explorer.hxx>
+#include <TopoDS.hxx>
+#include <TopoDS_Face.hxx>
+#include <TopoDS_Shape.hxx>
+#include <XCAFApp_Application.hxx>
+#include <XCAFDoc_ColorTool.hxx>
+#include <XCAFDoc_DocumentTool.hxx>
+#include <XCAFDoc_ShapeTool.hxx>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "clay/base/error.h"
+#include "io/cad_reader/read_cad.h"
+#include "io/reader/mesh_data.h"
+#include "io/reader/reader.h"
+
+namespace argil::io::reader {
+
+namespace {
+
+constexpr double kDeflection = 2e-4;  // of the model's diagonal: how far triangles lie off the faces
+constexpr double kAngle = 0.06;       // radians between two triangles of a curve: a cylinder loses 0.06 % of its volume
+constexpr double kSewing = 1e-3;      // of the diagonal: loose faces whose edges are that near become one shell
+constexpr int kMostDepth = 64;        // of assemblies
+
+Bytes4 bytesOf(const Quantity_Color& colour) {
+  return {srgbByte(colour.Red()), srgbByte(colour.Green()), srgbByte(colour.Blue()), 255};
+}
+
+std::string nameOf(const TDF_Label& label) {
+  Handle(TDataStd_Name) name;
+  if (!label.FindAttribute(TDataStd_Name::GetID(), name)) return {};
+  std::string text(size_t(name->Get().LengthOfCString()) + 1, '\0');
+  Standard_PCharacter at = text.data();
+  text.resize(size_t(name->Get().ToUTF8CString(at)));
+  return text;
+}
+
+class Model {
+ public:
+  Model(const Handle(TDocStd_Document) & document, Sender& sender)
+      : shapes_(XCAFDoc_DocumentTool::ShapeTool(document->Main())),
+        colours_(XCAFDoc_DocumentTool::ColorTool(document->Main())),
+        sender_(sender) {}
+
+  void send(bool sew) {
+    TDF_LabelSequence free;
+    shapes_->GetFreeShapes(free);
+    Bnd_Box box;
+    for (int i = 1; i <= free.Length(); ++i) BRepBndLib::Add(XCAFDoc_ShapeTool::GetShape(free(i)), box);
+    if (box.IsVoid()) throw Error("holds no faces; check what was exported");
+    diagonal_ = std::sqrt(box.SquareExtent());
+    if (!(std::isfinite(diagonal_) && diagonal_ > 0)) throw Error("has faces without a size; export it again");
+    for (int i = 1; i <= free.Length(); ++i) visit(free(i), TopLoc_Location(), nameOf(free(i)), std::nullopt, 0);
+    if (sew) sewLoose();
+    for (Part& part : parts_) mesh(part);
+    if (sent_ == 0) throw Error("holds no faces that could be made triangles; export it again");
+    if (skipped_ > 0) sender_.note(std::to_string(skipped_) + " faces could not be made triangles and are not kept");
+  }
+
+ private:
+  struct Part {
+    TopoDS_Shape shape;
+    std::string name;
+    std::optional<Bytes4> colour;
+  };
+
+  void visit(const TDF_Label& label, const TopLoc_Location& place, std::string name, std::optional<Bytes4> colour,
+             int depth) {
+    if (depth > kMostDepth) throw Error("has assemblies within assemblies without end; export it again");
+    Quantity_Color own;
+    const TopoDS_Shape shape = XCAFDoc_ShapeTool::GetShape(label);
+    if (shape.IsNull()) return;
+    for (const XCAFDoc_ColorType type : {XCAFDoc_ColorSurf, XCAFDoc_ColorGen})
+      if (!colour && (colours_->GetColor(label, type, own) || colours_->GetColor(shape, type, own)))
+        colour = bytesOf(own);
+    if (!XCAFDoc_ShapeTool::IsAssembly(label)) {
+      parts_.push_back({shape.Moved(place), std::move(name), colour});
+      return;
+    }
+    TDF_LabelSequence components;
+    XCAFDoc_ShapeTool::GetComponents(label, components);
+    for (int i = 1; i <= components.Length(); ++i) {
+      TDF_Label of;
+      if (!XCAFDoc_ShapeTool::GetReferredShape(components(i), of)) continue;
+      const std::string component = nameOf(of).empty() ? nameOf(components(i)) : nameOf(of);
+      std::optional<Bytes4> given = colour;
+      for (const XCAFDoc_ColorType type : {XCAFDoc_ColorSurf, XCAFDoc_ColorGen})
+        if (!given && colours_->GetColor(components(i), type, own)) given = bytesOf(own);
+      visit(of, place * XCAFDoc_ShapeTool::GetLocation(components(i)), component.empty() ? name : component, given,
+            depth + 1);
+    }
+  }
+
+  // Faces that belong to no solid, as IGES has them: those whose edges lie close together become shells.
+  void sewLoose() {
+    BRepBuilderAPI_Sewing sewing(kSewing * diagonal_);
+    int faces = 0;
+    std::vector<Part> solid;
+    std::optional<Bytes4> colour;
+    std::string name;
+    for (Part& part : parts_) {
+      if (TopExp_Explorer(part.shape, TopAbs_SOLID).More()) {
+        solid.push_back(std::move(part));
+        continue;
+      }
+      for (TopExp_Explorer face(part.shape, TopAbs_FACE); face.More(); face.Next(), ++faces) sewing.Add(face.Current());
+      if (!colour) colour = part.colour;
+      if (name.empty()) name = part.name;
+    }
+    if (faces == 0) return;
+    sewing.Perform();
+    parts_ = std::move(solid);
+    parts_.push_back({sewing.SewedShape(), name, colour});
+    sender_.note(std::to_string(faces) + " loose faces were sewn together, " + std::to_string(sewing.NbFreeEdges()) +
+                 " of their edges stay open");
+  }
+
+  // All faces of a part as one mesh, whose vertices on shared edges are one.
+  void mesh(Part& part) {
+    if (part.shape.IsNull()) return;
+    BRepMesh_IncrementalMesh mesher(part.shape, kDeflection * diagonal_, Standard_False, kAngle, Standard_False);
+    MeshData data;
+    data.colour = part.colour;
+    std::map<std::array<double, 3>, uint32_t> known;
+    for (TopExp_Explorer at(part.shape, TopAbs_FACE); at.More(); at.Next()) {
+      const TopoDS_Face& face = TopoDS::Face(at.Current());
+      TopLoc_Location place;
+      const Handle(Poly_Triangulation) triangles = BRep_Tool::Triangulation(face, place);
+      if (triangles.IsNull()) {
+        ++skipped_;
+        continue;
+      }
+      std::vector<uint32_t> of(size_t(triangles->NbNodes()));
+      for (int i = 1; i <= triangles->NbNodes(); ++i) {
+        const gp_Pnt p = triangles->Node(i).Transformed(place.Transformation());
+        const std::array<double, 3> key{p.X(), p.Y(), p.Z()};
+        const auto [found, fresh] = known.try_emplace(key, uint32_t(data.positions.size()));
+        if (fresh) data.positions.push_back(key);
+        of[size_t(i) - 1] = found->second;
+      }
+      const bool turned = face.Orientation() == TopAbs_REVERSED;
+      for (int i = 1; i <= triangles->NbTriangles(); ++i) {
+        int a = 0, b = 0, c = 0;
+        triangles->Triangle(i).Get(a, b, c);
+        if (turned) std::swap(b, c);
+        const std::array<uint32_t, 3> t{of.at(size_t(a) - 1), of.at(size_t(b) - 1), of.at(size_t(c) - 1)};
+        if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) data.triangles.push_back(t);
+      }
+    }
+    if (data.triangles.empty()) return;
+    sendMesh(data, part.name, sender_);
+    ++sent_;
+  }
+
+  Handle(XCAFDoc_ShapeTool) shapes_;
+  Handle(XCAFDoc_ColorTool) colours_;
+  Sender& sender_;
+  double diagonal_ = 0;
+  std::vector<Part> parts_;
+  uint64_t sent_ = 0, skipped_ = 0;
+};
+
+template <class Reader>
+void read(const std::filesystem::path& file, const char* format, bool sew, Sender& sender) {
+  Handle(TDocStd_Document) document;
+  XCAFApp_Application::GetApplication()->NewDocument("MDTV-XCAF", document);
+  Reader reader;
+  reader.SetColorMode(Standard_True);
+  reader.SetNameMode(Standard_True);
+  if (reader.ReadFile(file.c_str()) != IFSelect_RetDone)
+    throw Error(std::string("cannot be read as ") + format + "; export it again");
+  if (!reader.Transfer(document)) throw Error("holds nothing that could be read; check what was exported");
+  sender.text(wire::Kind::format, format);
+  Model(document, sender).send(sew);
+}
+
+}  // namespace
+
+void readCad(const std::filesystem::path& file, Sender& sender) {
+  // What it has to say would go to standard output, which is the wire.
+  Message::DefaultMessenger()->ChangePrinters().Clear();
+  const std::vector<unsigned char> content = contentOf(file);
+  const std::string_view text(reinterpret_cast<const char*>(content.data()), content.size());
+  try {
+    if (text.substr(0, 13) == "ISO-10303-21;")
+      read<STEPCAFControl_Reader>(file, "STEP", false, sender);
+    else
+      read<IGESCAFControl_Reader>(file, "IGES", true, sender);
+  } catch (const Standard_Failure& failure) {
+    throw Error(std::string("is damaged (") + failure.GetMessageString() + "); export it again");
+  }
+}
+
+}  // namespace argil::io::reader

@@ -1,0 +1,174 @@
+// STEP and IGES read in the confined process, where OpenCASCADE is there.
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "clay/base/error.h"
+#include "clay/cage/fit_cage.h"
+#include "clay/field/primitives.h"
+#include "clay/mesh/mesh_topology.h"
+#include "clay/mesh/weld.h"
+#include "clay/store/store.h"
+#include "io/cad/step_file.h"
+#include "io/models/model_file.h"
+#include "io/models/reader_process.h"
+#include "tests/support/mesh_samples.h"
+
+namespace argil::io {
+namespace {
+
+using samples::Folder;
+using ::testing::HasSubstr;
+
+class CadFiles : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!readsCad()) GTEST_SKIP() << "this build has no OpenCASCADE";
+  }
+  std::string written(const std::string& name, const std::string& text) {
+    const std::filesystem::path file = folder_ / name;
+    std::ofstream(file, std::ios::binary) << text;
+    return file.string();
+  }
+  static std::filesystem::path data(const char* name) {
+    const char* folder = std::getenv("ARGIL_DATA");
+    return folder ? std::filesystem::path(folder) / "cad" / name : std::filesystem::path();
+  }
+  static clay::TopologyReport topologyOf(const ModelObject& object) {
+    return clay::checkTopology(clay::weldExact(object.mesh));
+  }
+  Folder folder_;
+};
+
+// IGES of four-sided plane faces: rational B-spline surfaces of degree one, without anything around them.
+std::string igesOf(const std::vector<std::array<Vec3d, 4>>& faces) {
+  std::string text, parameters, directory;
+  const auto line = [](const std::string& content, char section, size_t number) {
+    return fmt::format("{:<72}{}{:7}\n", content, section, number);
+  };
+  text += line("", 'S', 1);
+  text += line(",,4Htest,4Htest,4Htest,4Htest,32,38,6,308,15,4Htest,1.,2,2HMM,1,0.01,", 'G', 1);
+  text += line("15H20260101.000000,0.001,1000.,4Htest,4Htest,11,0,15H20260101.000000;", 'G', 2);
+  size_t number = 1, entry = 1;
+  for (const auto& face : faces) {
+    std::vector<std::string> rows{"128,1,1,1,1,0,0,1,0,0,0.,0.,1.,1.,0.,0.,1.,1.,1.,1.,1.,1.,"};
+    for (const size_t i : {0, 1, 3, 2})
+      rows.push_back(fmt::format("{:.6f},{:.6f},{:.6f},", face[i].x(), face[i].y(), face[i].z()));
+    rows.emplace_back("0.,1.,0.,1.;");
+    directory +=
+        line(fmt::format("{:8}{:8}{:8}{:8}{:8}{:8}{:8}{:8}{:08}", 128, number, 0, 0, 0, 0, 0, 0, 0), 'D', entry);
+    directory += line(fmt::format("{:8}{:8}{:8}{:8}{:8}{:>24}{:>8}", 128, 0, 0, rows.size(), 0, "", 0), 'D', entry + 1);
+    for (const std::string& row : rows) parameters += fmt::format("{:<64}{:8}P{:7}\n", row, entry, number++);
+    entry += 2;
+  }
+  text += directory + parameters;
+  return text + line(fmt::format("S{:7}G{:7}D{:7}P{:7}", 1, 2, entry - 1, number - 1), 'T', 1);
+}
+std::vector<std::array<Vec3d, 4>> boxFaces(const Vec3d& size) {
+  const auto corner = [&](int i) { return Vec3d((i & 1) * size.x(), (i >> 1 & 1) * size.y(), (i >> 2) * size.z()); };
+  std::vector<std::array<Vec3d, 4>> faces;
+  for (const auto& f : std::vector<std::array<int, 4>>{
+           {0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}})
+    faces.push_back({corner(f[0]), corner(f[1]), corner(f[2]), corner(f[3])});
+  return faces;
+}
+
+TEST_F(CadFiles, WhatWeWroteComesBackAsItWas) {
+  // A ring: one closed solid, whose volume and surface are known.
+  clay::Grid grid;
+  grid.voxelMm = 0.5;
+  const clay::FittedPatches fitted =
+      clay::fitPatches(clay::makeTorus(clay::Store::make(), grid, {3, -2, 7}, 25, 9), 200, 1, clay::WorkPart(nullptr));
+  const std::filesystem::path file = folder_ / "ring.step";
+  {
+    AtomicFile out(file);
+    const StepBody body{.name = "A ring", .surface = &fitted.surface, .colour = std::array{0.2f, 0.4f, 0.6f}};
+    writeStep(out, "ring", std::span(&body, 1));
+    out.commit();
+  }
+  const ModelFile model = readModel(file);
+  EXPECT_EQ(model.format, "STEP");
+  EXPECT_EQ(model.unitMm, 1.0);
+  ASSERT_EQ(model.objects.size(), 1u);
+  EXPECT_EQ(model.objects[0].name, "A ring");
+  EXPECT_EQ(model.objects[0].colour, (Colour{51, 102, 153, 255}));
+  const clay::TopologyReport topology = topologyOf(model.objects[0]);
+  EXPECT_TRUE(topology.solid());
+  EXPECT_EQ(topology.bodies, 1u);
+  EXPECT_NEAR(topology.volume / (2 * std::numbers::pi * std::numbers::pi * 25 * 81), 1, 2e-3);
+  for (const Vec3d& p : model.objects[0].mesh.positions) {
+    const Vec3d q = p - Vec3d(3, -2, 7);
+    EXPECT_NEAR(std::hypot(std::hypot(q.x(), q.y()) - 25, q.z()), 9, 0.05);
+  }
+}
+
+TEST_F(CadFiles, LooseFacesOfIgesBecomeAClosedBody) {
+  const ModelFile model = readModel(written("box.igs", igesOf(boxFaces({10, 20, 30}))));
+  EXPECT_EQ(model.format, "IGES");
+  ASSERT_EQ(model.objects.size(), 1u);
+  EXPECT_TRUE(topologyOf(model.objects[0]).solid());
+  EXPECT_NEAR(std::abs(topologyOf(model.objects[0]).volume), 6000, 1e-6);
+  ASSERT_EQ(model.notes.size(), 1u);
+  EXPECT_EQ(model.notes[0], "6 loose faces were sewn together, 0 of their edges stay open");
+  // One face fewer: it is told, and what there is is read.
+  std::vector<std::array<Vec3d, 4>> open = boxFaces({10, 20, 30});
+  open.pop_back();
+  const ModelFile torn = readModel(written("open.iges", igesOf(open)));
+  EXPECT_THAT(torn.notes.at(0), HasSubstr("5 loose faces were sewn together, 4 of their edges"));
+  EXPECT_FALSE(topologyOf(torn.objects.at(0)).solid());
+}
+
+TEST_F(CadFiles, PartsOfOtherProgramsAreRead) {
+  if (!std::filesystem::exists(data("featuretype.STEP"))) GTEST_SKIP() << "ARGIL_DATA is not set";
+  const ModelFile part = readModel(data("featuretype.STEP"));
+  ASSERT_EQ(part.objects.size(), 1u);
+  EXPECT_EQ(part.objects[0].name, "featuretype");
+  EXPECT_TRUE(topologyOf(part.objects[0]).solid());
+  EXPECT_NEAR(topologyOf(part.objects[0]).volume / 190500, 1, 1e-3);
+  ASSERT_TRUE(part.objects[0].colour);
+  EXPECT_EQ(part.objects[0].colour->red, 202);
+  const ModelFile screw = readModel(data("screw.step"));
+  EXPECT_NEAR(topologyOf(screw.objects.at(0)).volume / 3788, 1, 1e-3);
+  const ModelFile bearing = readModel(data("bearing.iges"));
+  EXPECT_THAT(bearing.notes.at(0), HasSubstr("213 loose faces were sewn together, "));
+}
+
+TEST(CadFilesWithoutOpenCascade, AreCalledByTheirName) {
+  const Folder folder;
+  std::ofstream(folder / "a.step") << "ISO-10303-21;\nHEADER;";
+  setenv("ARGIL_READER", (folder / "none").c_str(), 1);
+  try {
+    (void)readModel(folder / "a.step");
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("is a CAD model, which is read by OpenCASCADE"));
+  }
+  unsetenv("ARGIL_READER");
+}
+
+TEST_F(CadFiles, WhatIsNoneIsOneSentence) {
+  const auto refuses = [&](const std::string& file, const std::string& why) {
+    try {
+      (void)readModel(file);
+      ADD_FAILURE() << file;
+    } catch (const Error& error) {
+      EXPECT_THAT(error.what(), HasSubstr(why));
+      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+    }
+  };
+  refuses(written("empty.step", "ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n"), "STEP");
+  refuses(written("cut.step", "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION(("), "STEP");
+  refuses(written("none.iges", igesOf({})), "");
+  Job job;
+  job.cancel();
+  EXPECT_THROW((void)readModel(written("box.iges", igesOf(boxFaces({1, 2, 3}))), &job), Cancelled);
+}
+
+}  // namespace
+}  // namespace argil::io
