@@ -65,28 +65,32 @@ render::Shot SessionWindow::pictureShot() {
   return shot;
 }
 
-// A PNG for those who choose among files. No picture is no reason not to save.
-std::vector<std::byte> SessionWindow::thumbnail() {
-  if (renderer_.bounds().empty()) return {};
-  try {
+// Of a save the picture thread draws the picture for those who choose among files; then it is saved. True when that
+// thread was given work. No picture is no reason not to save. The renderer is free.
+bool SessionWindow::serveSave() {
+  if (!state_.wishes.save && !state_.wishes.copy) return false;
+  if (!thumbnail_ && !renderer_.bounds().empty()) {
+    thumbnail_ = std::make_shared<std::vector<std::byte>>();
     render::Shot shot = pictureShot();
     shot.look.scaleBar = false;
     shot.stereo = {};
     const auto [width, height] = pixelsOf(width_, height_, kThumbnailPixels);
-    const std::vector<uint8_t> png = render::encodePng(renderer_.render(shot, width, height));
-    const auto* bytes = reinterpret_cast<const std::byte*>(png.data());
-    return {bytes, bytes + png.size()};
-  } catch (const Error&) {
-    return {};
+    frame_ = {};
+    pictures_.run([this, shot, quality = state_.quality, w = width, h = height, png = thumbnail_] {
+      try {
+        renderer_.setQuality(quality);
+        const std::vector<uint8_t> made = render::encodePng(renderer_.render(shot, w, h));
+        const auto* bytes = reinterpret_cast<const std::byte*>(made.data());
+        png->assign(bytes, bytes + made.size());
+      } catch (const Error&) {
+        if (renderer_.deviceLost()) throw;
+      }
+    });
+    return true;
   }
-}
-
-// The renderer is free.
-void SessionWindow::serveSave() {
-  if (!state_.wishes.save && !state_.wishes.copy) return;
   engine::SaveExtras extras;
   extras.face = faceText(state_, camera_);
-  extras.thumbnail = thumbnail();
+  if (thumbnail_) extras.thumbnail = std::move(*std::exchange(thumbnail_, nullptr));
   if (state_.wishes.save && state_.wishes.save->empty())
     bench_.save(extras);
   else if (state_.wishes.save)
@@ -94,6 +98,7 @@ void SessionWindow::serveSave() {
   if (state_.wishes.copy) bench_.saveCopy(*state_.wishes.copy, extras);
   state_.wishes.save.reset();
   state_.wishes.copy.reset();
+  return false;
 }
 
 // A picture for a file is drawn by the picture thread and written beside it. True when that thread was given work.

@@ -100,8 +100,7 @@ class SessionWindow {
   // Files (saving.cpp)
   void followFile();
   [[nodiscard]] render::Shot pictureShot();
-  [[nodiscard]] std::vector<std::byte> thumbnail();
-  void serveSave();
+  bool serveSave();
   bool servePicture();
 
   // Pictures (showing.cpp)
@@ -204,6 +203,7 @@ class SessionWindow {
   std::filesystem::path pictureFile_;
   std::shared_ptr<render::Image> fileImage_;  // For pictureFile_: without pixels while it is drawn.
   std::unique_ptr<engine::BackgroundJob> pictureJob_;
+  std::shared_ptr<std::vector<std::byte>> thumbnail_;  // Of a save that waits for it: a PNG once it is drawn.
 
   bool leave_ = false;
   size_t jobs_ = 0;

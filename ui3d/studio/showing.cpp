@@ -312,6 +312,7 @@ bool SessionWindow::draw() {
   frame_ = {};
   frame_.still = stillShown_;
   frame_.moving = moving && clay;
+  frame_.stroke = hand_.active() || now_->inStroke;
   frame_.clay = clay;
   nextFrameS_ = now + 1.0 / state_.framesPerSecond;
   if (clay) nextClayS_ = nextFrameS_;

@@ -231,8 +231,8 @@ void SessionWindow::gather() {
 // Whether something is under way that somebody asked for.
 bool SessionWindow::acting() const {
   return !events_.empty() || hand_.active() || !waiting_.pieces.empty() || !partsWaiting_.empty() || !bench_.idle() ||
-         deforming_.busy() || uiSteps_ > 0 || (pictures_.busy() && frame_.clay) ||
-         !(stillShown_ || window_.minimised());
+         state_.wishes.save || state_.wishes.copy || deforming_.busy() || uiSteps_ > 0 ||
+         (pictures_.busy() && frame_.clay) || !(stillShown_ || window_.minimised());
 }
 
 bool SessionWindow::atRest() const {
@@ -357,8 +357,7 @@ void SessionWindow::turn() {
                                                                        : CursorShape::arrow);
   }
   serveRecording(now);
-  serveSave();
-  if (servePicture()) return;
+  if (serveSave() || servePicture()) return;
   if (!leave_ && window_.nowS() >= nextFrameS_) attempt([&] { draw(); });
 }
 

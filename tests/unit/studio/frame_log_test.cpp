@@ -87,6 +87,22 @@ TEST(FrameLog, GapsBetweenPicturesInMotionAreKeptHoweverLong) {
   const auto json = nlohmann::json::parse(log.report({}, engine::Snapshot()));
   EXPECT_EQ(json["moving_gap_ms"]["n"], 4);
   EXPECT_NEAR(json["moving_gap_ms"]["max"].get<double>(), 600, 1e-9);
+  EXPECT_EQ(json["stroke_gap_ms"]["n"], 0);
+}
+
+TEST(FrameLog, GapsWithinStrokesAreKeptApart) {
+  FrameLog log;
+  const auto at = [&](int64_t ms, bool stroke) {
+    FrameDone f = frame(ms, 10, 0, 0);
+    f.moving = true;
+    f.stroke = stroke;
+    log.add(f);
+  };
+  at(1000, false), at(1300, false), at(1310, true), at(1350, true), at(1420, true), at(1900, false);
+  const auto json = nlohmann::json::parse(log.report({}, engine::Snapshot()));
+  EXPECT_EQ(json["moving_gap_ms"]["n"], 5);
+  EXPECT_EQ(json["stroke_gap_ms"]["n"], 2);
+  EXPECT_NEAR(json["stroke_gap_ms"]["max"].get<double>(), 70, 1e-9);
 }
 
 TEST(FrameLog, TurnsThatAPersonNoticesAreCounted) {

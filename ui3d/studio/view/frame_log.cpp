@@ -74,9 +74,11 @@ void FrameLog::add(const FrameDone& f) {
     const double since = double(f.endedNs - lastMovingNs_) * 1e-6;
     if (since < kPause) intervalMs_.push_back(since);
     if (wasMoving_) gapMs_.push_back(since);
+    if (wasMoving_ && wasStroke_ && f.stroke) strokeGapMs_.push_back(since);
     lastMovingNs_ = f.endedNs;
   }
   wasMoving_ = f.moving;
+  wasStroke_ = f.stroke;
   if (f.oldestSampleNs > 0) {
     sampleMs_.push_back(double(f.endedNs - f.oldestSampleNs) * 1e-6);
     sampleFrames_.push_back(double(ends_.end() - std::upper_bound(ends_.begin(), ends_.end(), f.oldestSampleNs)));
@@ -109,6 +111,7 @@ std::string FrameLog::report(const Facts& facts, const engine::Snapshot& now) co
   json["frame_ms"] = spread(frameMs_);
   json["moving_frame_ms"] = spread(movingMs_);
   json["moving_gap_ms"] = spread(gapMs_);
+  json["stroke_gap_ms"] = spread(strokeGapMs_);
   json["turn_ms"] = spread(turns_, stalls_);
   json["turn_core_ms"] = spread(coreTurns_, coreStalls_);
   json["uploaded_bytes"] = uploadedBytes_;

@@ -16,6 +16,7 @@ struct FrameDone {
   bool shown = false;                ///< False: minimised.
   bool still = true;                 ///< The full picture.
   bool moving = false;               ///< A camera, a stroke or an animation was going on.
+  bool stroke = false;               ///< The hand worked, or what it did was still worked on.
   bool clay = true;                  ///< The clay was drawn; else the panels alone, over the picture that was there.
   int64_t beganNs = 0, endedNs = 0;  ///< CLOCK_MONOTONIC: from its first upload until it was handed to the window.
   int64_t waitedNs = 0;              ///< Of that time: until the screen took the picture.
@@ -69,8 +70,9 @@ class FrameLog {
   std::vector<int64_t> ends_, begins_;  // Of every frame, to count between sample and screen.
   std::vector<double> sampleBegun_;     // Frames begun after a sample until the one that shows it.
   std::vector<double> frameMs_, movingMs_, intervalMs_, sampleMs_, sampleFrames_;
-  std::vector<double> gapMs_;  // From one picture in motion to the next, however long it took.
-  bool wasMoving_ = false;
+  std::vector<double> gapMs_;        // From one picture in motion to the next, however long it took.
+  std::vector<double> strokeGapMs_;  // The same within strokes.
+  bool wasMoving_ = false, wasStroke_ = false;
   haptics::Histogram turns_, coreTurns_;
   uint64_t stalls_ = 0, coreStalls_ = 0;
   int64_t lastMovingNs_ = 0;
