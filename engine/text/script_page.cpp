@@ -151,11 +151,9 @@ void operations(std::string& page) {
   for (const PieceJob& row : pieceJobs()) {
     if (row.group != group) page += fmt::format("\n### {}\n", row.group);
     group = row.group;
-    page += fmt::format("\n`{}`: {} Takes {}.\n", row.id, row.help, [&] {
-      std::string keys;
-      for (const std::string_view key : keysOf(row)) keys += (keys.empty() ? "`" : ", `") + std::string(key) + "`";
-      return keys;
-    }());
+    std::string keys;
+    for (const std::string_view key : keysOf(row)) keys += (keys.empty() ? " Takes `" : ", `") + std::string(key) + "`";
+    page += fmt::format("\n`{}`: {}{}\n", row.id, row.help, keys.empty() ? "" : keys + ".");
     if (row.parameters.empty()) continue;
     page += "\n| key | values | left out | what it is |\n|---|---|---|---|\n";
     for (const auto& parameter : row.parameters)

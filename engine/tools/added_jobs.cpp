@@ -33,7 +33,7 @@ struct AddedJobs::Kept {
 
 AddedJobs::AddedJobs() : rows_(new PieceJob[kMost]) {
   size_t count = 0;
-  for (const auto part : {combineJobs(), shapeJobs(), printJobs(), deformJobs(), maskJobs()})
+  for (const auto part : {combineJobs(), shapeJobs(), printJobs(), placeJobs(), deformJobs(), maskJobs()})
     for (const PieceJob& row : part) rows_[count++] = row;
   count_ = count;
 }

@@ -119,6 +119,7 @@ void applyPieceResult(const PieceResult& result, const Document& before, Documen
 [[nodiscard]] std::span<const PieceJob> combineJobs();  ///< engine/tools/piece_jobs_combine.cpp
 [[nodiscard]] std::span<const PieceJob> shapeJobs();    ///< engine/tools/piece_jobs_shape.cpp
 [[nodiscard]] std::span<const PieceJob> printJobs();    ///< engine/tools/piece_jobs_print.cpp
+[[nodiscard]] std::span<const PieceJob> placeJobs();    ///< engine/tools/piece_jobs_place.cpp
 [[nodiscard]] std::span<const PieceJob> deformJobs();   ///< engine/tools/piece_jobs_deform.cpp
 [[nodiscard]] std::span<const PieceJob> maskJobs();     ///< engine/tools/piece_jobs_mask.cpp
 

@@ -47,10 +47,10 @@ struct ModelFile {
   std::vector<std::string> notes;  ///< What was there and is not kept, a sentence each, for the person.
 };
 
-/// Reads a model of any format there is: STL, OBJ, PLY, OFF, 3MF, glTF, Draco, STEP, IGES; the first four and 3MF also out of .gz
-/// and a .zip of one model. The content says which, the ending only where the content does not. What other people's
-/// libraries parse is parsed in a process of its own (reader_process.h). Throws Error as readMesh does; Cancelled. Any
-/// thread.
+/// Reads a model of any format there is: STL, OBJ, PLY, OFF, 3MF, glTF, Draco, STEP, IGES; the first four and 3MF also
+/// out of .gz and a .zip of one model. The content says which, the ending only where the content does not. What other
+/// people's libraries parse is parsed in a process of its own (reader_process.h). Throws Error as readMesh does;
+/// Cancelled. Any thread.
 [[nodiscard]] ModelFile readModel(const std::filesystem::path& path, Job* job = nullptr);
 
 /// ".stl, .obj, ...": what readModel reads, and what writeModel writes.

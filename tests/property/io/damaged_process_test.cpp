@@ -4,12 +4,16 @@
 
 #include <random>
 
+#include "clay/cage/fit_cage.h"
 #include "clay/field/primitives.h"
 #include "clay/mesh/mesh_topology.h"
 #include "clay/store/store.h"
+#include "io/cad/step_file.h"
 #include "io/models/model_file.h"
 #include "io/models/model_writer.h"
+#include "io/models/reader_process.h"
 #include "io/models/vdb_file.h"
+#include "tests/support/iges_samples.h"
 #include "tests/support/mesh_samples.h"
 #include "tests/support/tier.h"
 
@@ -64,8 +68,21 @@ TEST_P(DamagedForOthers, IsReadOrOneSentence) {
   const samples::Folder folder;
   const std::string name = GetParam();
   const auto path = folder / name;
-  const bool vdb = name.ends_with(".vdb");
-  if (vdb) {
+  const bool vdb = name.ends_with(".vdb"), step = name.ends_with(".step"), iges = name.ends_with(".igs");
+  if ((step || iges) && !readsCad()) GTEST_SKIP() << "this build has no OpenCASCADE";
+  if (step) {
+    clay::Grid grid;
+    grid.voxelMm = 1;
+    const clay::PatchSurface surface =
+        clay::fitPatches(clay::makeSphere(clay::Store::make(), grid, Vec3d::Zero(), 12), 24, 1, clay::WorkPart(nullptr))
+            .surface;
+    AtomicFile out(path);
+    const StepBody body{.name = "Ball", .surface = &surface, .colour = std::array{0.2f, 0.4f, 0.6f}};
+    writeStep(out, "ball", std::span(&body, 1));
+    out.commit();
+  } else if (iges) {
+    samples::spill(path, samples::igesOf(samples::boxFaces({10, 20, 30})));
+  } else if (vdb) {
     writeVdb(path, {{"ball", clay::makeSphere(clay::Store::make(), {}, Vec3d(1, 2, 3), 5)}});
   } else {
     std::vector<ModelObject> objects(2);
@@ -112,7 +129,8 @@ TEST_P(DamagedForOthers, IsReadOrOneSentence) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Formats, DamagedForOthers,
-                         testing::Values("packed.glb", "plain.glb", "text.gltf", "one.drc", "ball.vdb"));
+                         testing::Values("packed.glb", "plain.glb", "text.gltf", "one.drc", "ball.vdb", "ball.step",
+                                         "box.igs"));
 
 }  // namespace
 }  // namespace argil::io
