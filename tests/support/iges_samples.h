@@ -9,7 +9,7 @@
 
 #include "clay/base/vec.h"
 
-namespace argil::io::samples {
+namespace argil::samples {
 
 /// IGES of four-sided plane faces: rational B-spline surfaces of degree one, without anything around them.
 inline std::string igesOf(const std::vector<std::array<Vec3d, 4>>& faces) {
@@ -45,4 +45,4 @@ inline std::vector<std::array<Vec3d, 4>> boxFaces(const Vec3d& size) {
   return faces;
 }
 
-}  // namespace argil::io::samples
+}  // namespace argil::samples
