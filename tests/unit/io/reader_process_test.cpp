@@ -93,6 +93,9 @@ TEST_F(ReaderProcess, HugeMessageIsGarbage) {
 TEST_F(ReaderProcess, EarlyEndIsASentence) {
   const OtherReader empty(script("printf 'ARGILRD1'"));
   EXPECT_THAT(sentenceOf("gltf"), HasSubstr("ended too early"));
+  // As the system's loader does without one of its libraries.
+  const OtherReader cannotStart(script("exit 127"));
+  EXPECT_THAT(sentenceOf("cad"), HasSubstr("a library that its reader needs is missing"));
 }
 
 TEST_F(ReaderProcess, EndlessReaderIsStopped) {
