@@ -116,7 +116,11 @@ void describe(const Part& part, const std::vector<TradeoffRow>& rows, const std:
 
 }  // namespace
 
-void writeTradeoff(const std::vector<TradeoffRow>& rows, const std::filesystem::path& folder) {
+void writeTradeoff(const std::vector<TradeoffRow>& measured, const std::filesystem::path& folder) {
+  std::filesystem::create_directories(folder);
+  write(folder / "tradeoff.csv", tradeoffCsv(measured));
+  // As they are kept: rounded, so that the page can be made again of them.
+  const std::vector<TradeoffRow> rows = readTradeoffCsv(folder / "tradeoff.csv");
   Chart chart;
   chart.title = "Speed against accuracy";
   chart.columns = 2;
@@ -127,7 +131,7 @@ void writeTradeoff(const std::vector<TradeoffRow>& rows, const std::filesystem::
 
 Made by `argil bench tradeoff --folder docs`: every axis of a quality by itself, and many at once. Costs are processor
 time in that of the same work as it begins, which ran right before and after, repeated until the median is known within
-2 % or nine times; of that work itself in yardsticks, a fixed piece of arithmetic of some 50 ms.
+2 % or five times; of that work itself in yardsticks, a fixed piece of arithmetic of some 50 ms.
 [tradeoff.csv](tradeoff.csv) has every row; `--from docs/tradeoff.csv` makes this page again.
 
 Presets follow from the points by one rule. *Draft*: the least error among those within 1.25 times the cheapest. *Fine*:
@@ -162,8 +166,6 @@ runs disagree about. No preset has
   row("fine", &TradeoffPresets::fine);
   for (size_t i = 0; i < kParts.size(); ++i)
     describe(kParts[i], rows, pointsOf(rows, kParts[i].part), presets[i], page);
-  std::filesystem::create_directories(folder);
-  write(folder / "tradeoff.csv", tradeoffCsv(rows));
   write(folder / "tradeoff.svg", chart.svg());
   write(folder / "tradeoff.md", page);
 }

@@ -9,6 +9,6 @@
 namespace argil::bench {
 
 /// Writes tradeoff.csv, tradeoff.svg and tradeoff.md into a folder, each whole or not at all.
-void writeTradeoff(const std::vector<TradeoffRow>& rows, const std::filesystem::path& folder);
+void writeTradeoff(const std::vector<TradeoffRow>& measured, const std::filesystem::path& folder);
 
 }  // namespace argil::bench
