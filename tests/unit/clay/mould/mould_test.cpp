@@ -184,6 +184,71 @@ TEST(Mould, OfABallIsCutAtItsEquator) {
   EXPECT_NEAR((clayVolume(mould.upper) + clayVolume(mould.lower) + clayVolume(clay)) / outer, 1, 1e-3);
 }
 
+// Beside the crease where the clay meets the surface between the halves distances are to the crease, and where that
+// surface is steep they are to it and not along the pull.
+TEST(Mould, HalvesHoldDistances) {
+  const Version clay = ball({1, 2, 3}, 20, 0.5);
+  const Mould cut = makeMould(clay, bare(), 2, kNobodyWaits);
+  Sampler up(cut.upper);
+  const auto at = [&](double out, double below) {
+    return double(up.trilinear(clay.grid().toVoxel({1 + 20 + 0.5 * out, 2, 3 - 0.5 * below})));
+  };
+  EXPECT_NEAR(at(-1.5, 1.5), std::hypot(1.5, 1.5), 0.3);
+  EXPECT_NEAR(at(-1, 2), std::hypot(1, 2), 0.3);
+  EXPECT_NEAR(at(4, 1), 1, 0.1);
+
+  const Version askew = rod({-20, 0, -17}, {20, 0, 17}, 5, 0.5);  // 40° to the horizontal
+  const Mould mould = makeMould(askew, bare(), 2, kNobodyWaits);
+  EXPECT_GT(mould.steepestDegrees, 30);
+  Sampler over(mould.upper);
+  std::vector<double> slopes;
+  for (double x = -10; x <= 10; x += 0.5) {
+    // Two millimetres beside the rod: up to where the upper half begins.
+    for (double z = -20; z < 20; z += 0.05) {
+      const Vec3d p = askew.grid().toVoxel({x, 7, z});
+      if (over.trilinear(p) >= 0) continue;
+      Vec3d gradient;
+      for (int axis = 0; axis < 3; ++axis)
+        gradient[axis] =
+            (double(over.trilinear(p + Vec3d::Unit(axis))) - double(over.trilinear(p - Vec3d::Unit(axis)))) / 2;
+      slopes.push_back(gradient.norm());
+      break;
+    }
+  }
+  ASSERT_GT(slopes.size(), 30u);
+  std::sort(slopes.begin(), slopes.end());
+  EXPECT_NEAR(slopes[slopes.size() / 2], 1, 0.05);
+}
+
+// Of a block of more columns than are solved heights between are interpolated; what has clay on one side goes by that.
+TEST(Mould, NothingIsMissingWhereHeightsAreInterpolated) {
+  Version clay = block(Vec3d::Zero(), Vec3d(1040, 6, 4));
+  for (int i = 0; i < 12; ++i) {
+    // A zigzag that is thin and steep.
+    const double x = 526 + 1.5 * i, z = i % 2 == 0 ? -6 : 6;
+    clay = combine(clay, rod({x, -3, z}, {x, 3, z}, 2), Combination::join);
+    clay = combine(clay, rod({x, 0, z}, {x + 1.5, 0, -z}, 2), Combination::join);
+  }
+  const Mould mould = makeMould(clay, bare(), 2, kNobodyWaits);
+  Sampler of(clay), up(mould.upper), down(mould.lower);
+  uint64_t gaps = 0, all = 0;
+  for (int x = 500; x < 548; ++x)
+    for (int y = -6; y <= 6; ++y)
+      for (int z = -12; z <= 12; ++z) {
+        double above = 9, below = 9;
+        for (int k = -20; k <= 20; ++k) {
+          const auto phi = double(of.trilinear({double(x), double(y), double(k)}));
+          (k >= z ? above : below) = std::min(k >= z ? above : below, phi);
+          if (k == z) below = std::min(below, phi);
+        }
+        ++all;
+        const Vec3d p(x, y, z);
+        gaps += std::max(above, below) > 0.8 && double(std::min(up.trilinear(p), down.trilinear(p))) > 0.8;
+      }
+  EXPECT_GT(all, 10000u);
+  EXPECT_EQ(gaps, 0u);
+}
+
 TEST(Mould, FillsWhatIsUndercutAndSaysHowMuch) {
   // A bore that ends in the block, across the pull.
   const Version clay =
@@ -240,6 +305,14 @@ TEST(Mould, KeysFitWithTheirClearanceAndInOneWayOnly) {
       if (down.trilinear(p) < 0) key = z;
       if (up.trilinear(p) > 0) hole = z;
     }
+    // Sideways, half way up.
+    double wide = 0, free = 0;
+    for (double x = 0; x < 6; x += 0.05) {
+      const Vec3d p = grid.toVoxel({at.x() + x, at.y(), (3 + key) / 2});
+      if (down.trilinear(p) < 0) wide = x;
+      if (up.trilinear(p) > 0) free = x;
+    }
+    EXPECT_NEAR(free - wide, 0.6, 0.2);
     heights.push_back(key - 3);
     EXPECT_NEAR(hole - key, 0.6, 0.15);
     EXPECT_GT(key - 3, 1);
@@ -429,7 +502,7 @@ TEST(BestPull, IsTheAxisOfARingHoweverItLies) {
   for (const Eigen::Matrix3d& turn :
        {tilt(0, Vec3d::UnitX()), tilt(90, Vec3d::UnitX()), tilt(37, Vec3d(1, 2, 0.3)), tilt(71, Vec3d(-1, 0.4, 2))}) {
     const BestPull best = bestPull(meshOf(turned(ring, turn)), 1, 2, kNobodyWaits);
-    EXPECT_GT(std::abs(best.pull.dot(turn.col(2))), std::cos(4 * std::numbers::pi / 180));
+    EXPECT_GT(std::abs(best.pull.dot(turn.col(2))), std::cos(1.5 * std::numbers::pi / 180));
     EXPECT_LT(best.undercutShare, 0.01);
   }
 }
