@@ -27,7 +27,7 @@ struct Rests {
 /// All ways in which a solid body stays as it is laid down, as a real one of the same stuff throughout would: rolled
 /// from a thousand positions over its edges until the middle of its mass stands above what it touches. Places stand on
 /// the bed that are within a quarter of a voxel of it. Hollows count as such. Throws Error for a piece without clay,
-/// Cancelled. Cost: that of the surface, and some milliseconds.
+/// Cancelled. Cost: about 0.7 s for a million triangles on two threads.
 [[nodiscard]] Rests restsOf(const clay::Version& version, const haptics::Pose& pose, Job* job);
 
 }  // namespace argil::engine
