@@ -126,6 +126,49 @@ TEST(LayFlat, WhatIsHeavyBelowDoesNotLieOnItsHead) {
   }));
 }
 
+// A body rests where the height of its middle over the bed is least of all directions near by: looked for by
+// directions.
+TEST(LayFlat, FindsEveryLeastHeightOfTheMiddle) {
+  const clay::Grid voxels = grid();
+  clay::Version clay = clay::makeSphere(clay::Store::make(), voxels, {}, 9);
+  for (const Vec3d& at : {Vec3d(14, 2, 1), Vec3d(-9, 11, -3), Vec3d(-4, -13, 6), Vec3d(3, 1, -15), Vec3d(5, 6, 13)})
+    clay = clay::combine(clay, clay::makeSphere(clay::Store::make(), voxels, at, 4), clay::Combination::join);
+  const Rests rests = restsOf(clay, {}, nullptr);
+  const std::vector<Vec3d> places = placesOf(holding(clay).pieces[0]);
+  const auto height = [&](const Vec3d& up) {
+    double low = INFINITY;
+    for (size_t i = 0; i < places.size(); i += 2) low = std::min(low, (places[i] - rests.middleMm).dot(up));
+    return -low;
+  };
+  std::vector<std::pair<Vec3d, double>> all;
+  constexpr int kDirections = 12000;  // a degree and a half apart: a ridge between two rests falls off more within nine
+  for (int i = 0; i < kDirections; ++i) {
+    const double z = 1 - (2.0 * i + 1) / kDirections, r = std::sqrt(1 - z * z), turn = 2.399963 * i;
+    const Vec3d up(r * std::cos(turn), r * std::sin(turn), z);
+    all.emplace_back(up, height(up));
+  }
+  const double near = std::cos(9 * std::numbers::pi / 180);
+  size_t least = 0;
+  for (const auto& [up, high] : all) {
+    if (std::any_of(all.begin(), all.end(), [&, up = up, high = high](const auto& each) {
+          return each.first.dot(up) > near && each.second < high;
+        }))
+      continue;
+    ++least;
+    EXPECT_TRUE(std::any_of(rests.ways.begin(), rests.ways.end(), [&, up = up](const Rest& each) {
+      return (each.turn.conjugate() * Vec3d::UnitZ()).dot(up) > near;
+    })) << up.transpose();
+  }
+  EXPECT_GE(least, 4u);
+  for (const Rest& each : rests.ways) {
+    const Vec3d up = each.turn.conjugate() * Vec3d::UnitZ();
+    for (const auto& [other, high] : all)
+      if (other.dot(up) > std::cos(4 * std::numbers::pi / 180)) {
+        EXPECT_GT(high, height(up) - 0.1);
+      }
+  }
+}
+
 // Base
 
 TEST(Base, IsUprightInTheWorldAndHoldsThePiece) {
@@ -246,6 +289,10 @@ TEST(Nest, IsAsCloseAsCanBe) {
   const std::vector<std::vector<Vec2d>> two{ring(12, 20), ring(0, 8)};
   const std::vector<Nested> nested = nest(two, {.bedMm = {41, 41}, .gapMm = 2}, clay::WorkPart(nullptr));
   EXPECT_EQ(nested[0].bed, nested[1].bed);
+  // Of all turns the one that lies lowest.
+  const std::vector<std::vector<Vec2d>> bar{rectangle(8, 40)};
+  for (const Vec2d& each : laid(bar[0], nest(bar, {.bedMm = {60, 60}, .turns = 4}, clay::WorkPart(nullptr))[0]))
+    EXPECT_LT(each.y(), 8.6);
   // A turn finds room where there is none without.
   EXPECT_EQ(onFirst(rectangle(50, 8), 1, {.bedMm = {10, 60}, .turns = 4}), 1u);
   EXPECT_THROW((void)onFirst(rectangle(50, 8), 1, {.bedMm = {10, 60}, .turns = 1}), LargerThanBed);
@@ -344,6 +391,8 @@ TEST(PullCheck, ListsUndercutsTheLargestFirst) {
   EXPECT_NEAR(down.undercuts[0].atMm.x(), 15, 7);
   EXPECT_NEAR(down.undercuts[1].atMm.x(), -15, 4);
   EXPECT_NEAR(down.undercuts[0].areaMm2 + down.undercuts[1].areaMm2, down.undercutMm2, 0.02 * down.undercutMm2);
+  // What is small beside the unevenness is not listed.
+  EXPECT_EQ(checkPull(mesh, 2.4, Vec3d::UnitZ(), 2, nullptr).undercuts.size(), 1u);
   // Along the bores nothing is, and the best pull finds that.
   const PullReport best = checkPull(mesh, 0.05, std::nullopt, 2, nullptr);
   EXPECT_GT(std::abs(best.pull.y()), 0.99);
