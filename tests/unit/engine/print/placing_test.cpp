@@ -130,7 +130,7 @@ TEST(LayFlat, WhatIsHeavyBelowDoesNotLieOnItsHead) {
 // directions.
 TEST(LayFlat, FindsEveryLeastHeightOfTheMiddle) {
   const clay::Grid voxels = grid();
-  clay::Version clay = clay::makeSphere(clay::Store::make(), voxels, {}, 9);
+  clay::Version clay = clay::makeSphere(clay::Store::make(), voxels, Vec3d::Zero(), 9);
   for (const Vec3d& at : {Vec3d(14, 2, 1), Vec3d(-9, 11, -3), Vec3d(-4, -13, 6), Vec3d(3, 1, -15), Vec3d(5, 6, 13)})
     clay = clay::combine(clay, clay::makeSphere(clay::Store::make(), voxels, at, 4), clay::Combination::join);
   const Rests rests = restsOf(clay, {}, nullptr);
@@ -305,7 +305,8 @@ TEST(Nest, LaysTheVisiblePiecesOfADocumentOnOneGround) {
   Document before = holding(block({40, 30, 12}), askew(0.5));
   for (int i = 0; i < 5; ++i) {
     Piece piece;
-    piece.version = i % 2 == 0 ? block({20, 20, 20}, 1) : clay::makeSphere(clay::Store::make(), grid(1), {}, 9);
+    piece.version =
+        i % 2 == 0 ? block({20, 20, 20}, 1) : clay::makeSphere(clay::Store::make(), grid(1), Vec3d::Zero(), 9);
     piece.pose = askew(0.3 * i);
     piece.visible = i != 3;
     piece.locked = i == 4;
