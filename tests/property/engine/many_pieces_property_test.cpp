@@ -126,7 +126,10 @@ TEST(ManyPieces, AStrokeAndItsUndoCostWhatTheyCostInADocumentOfOnePiece) {
       slabs += piece.version.store()->usage().slabBytes;
     }
     Cost cost;
-    for (int round = 0; round < 5; ++round) {
+    // More rounds where others used the caches meanwhile: what costs by itself costs in each of them.
+    constexpr int kRounds = 5, kMostRounds = 20;
+    const auto dear = [&] { return !costs.empty() && cost.stroke > 2 * costs[0].stroke; };
+    for (int round = 0; round < kRounds || (round < kMostRounds && dear()); ++round) {
       cost.stroke = std::min(cost.stroke, sum(desk.stroke(Vec3d(0, 0, 1))));
       ASSERT_EQ(desk.session.undoSteps(), 1u);
       const auto& states = desk.session.states();
@@ -137,10 +140,12 @@ TEST(ManyPieces, AStrokeAndItsUndoCostWhatTheyCostInADocumentOfOnePiece) {
       desk.session.undo();
       desk.loop->turn(desk.ring);
       cost.undo = std::min(cost.undo, cpuMs() - begin);
+      if (round + 1 == kRounds) {
+        cost.bricks = desk.session.counts().clay.bricksMade;
+        cost.stamps = desk.session.counts().stamps;
+      }
     }
     EXPECT_EQ(desk.scene->pieces.size(), std::min(count, haptics::kMaxPieces));
-    cost.bricks = desk.session.counts().clay.bricksMade;
-    cost.stamps = desk.session.counts().stamps;
     costs.push_back(cost);
     std::printf(
         "%4zu pieces: stroke %.1f ms, undo %.2f ms, bytes of a step %.3f ms; a piece has %.0f kB of clay, %.0f kB of "
@@ -152,9 +157,9 @@ TEST(ManyPieces, AStrokeAndItsUndoCostWhatTheyCostInADocumentOfOnePiece) {
   for (size_t i = 1; i < costs.size(); ++i) {
     EXPECT_EQ(costs[i].bricks, costs[0].bricks);
     EXPECT_EQ(costs[i].stamps, costs[0].stamps);
-    // The goal is 1.5, and `argil bench day-pieces` measures it; the bound leaves room for caches that other programs
-    // use too. What looked at every piece for every piece was far above it.
-    EXPECT_LE(costs[i].stroke, 4 * costs[0].stroke);
+    // The goal is 1.5; the bound leaves room for caches that other programs use too. What looked at every piece for
+    // every piece was far above it.
+    EXPECT_LE(costs[i].stroke, 2 * costs[0].stroke);
   }
   EXPECT_LE(costs[2].undo, costs[0].undo + 5);
   EXPECT_LE(costs[2].alone, costs[0].alone + 1);
