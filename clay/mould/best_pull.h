@@ -8,7 +8,7 @@ namespace argil::clay {
 
 struct BestPull {
   Vec3d pull = Vec3d::UnitZ();  ///< A unit vector; the opposite is as good.
-  double undercutShare = 0;     ///< Of the surface, with half a voxel of slack.
+  double undercutShare = 0;     ///< Of the surface of the finer copy: about.
 };
 
 /// Of a thousand directions over half of the sphere and the three axes, by the share of the surface that is an undercut

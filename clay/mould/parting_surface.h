@@ -20,7 +20,8 @@ struct MouldColumns {
 /// membrane), flat across the edges of the block. Where the sides of the shape stand upright the line is free, and lies
 /// as straight as it can. One height a column, voxels. Solved from coarse to fine by over-relaxation with the bounds
 /// held (Young 1971; multigrid's nested iteration). At most kMostPlaces along a side are solved, those between are
-/// interpolated. Throws Cancelled. Cost: about 1 s for 10^6 columns, one thread.
+/// interpolated. Throws Cancelled. Cost: sixty sweeps over the columns, and a
+/// third of that on coarser ones; one thread.
 [[nodiscard]] std::vector<float> partingHeights(const MouldColumns& columns, const WorkPart& part);
 inline constexpr int kMostPlaces = 1024;
 

@@ -36,8 +36,8 @@ class LargerThanBed : public Error {
 /// Footprints are places of a surface, seen from above, no farther apart than a cell. One after the other, the largest
 /// first, each where its upper edge lies lowest and then farthest to the left, of all places of a raster and all turns;
 /// a bed more where none is left. Shapes lie in each other's hollows and holes. Gaps are exact but for a cell. Throws
-/// Error for what is out of range, LargerThanBed, Cancelled. Cost: about a
-/// second for a hundred footprints.
+/// Error for what is out of range, LargerThanBed, Cancelled. Cost: about
+/// half a second for sixty footprints of 40 mm.
 [[nodiscard]] std::vector<Nested> nest(std::span<const std::vector<Vec2d>> footprints, const NestOptions& options,
                                        const clay::WorkPart& part);
 
