@@ -142,6 +142,11 @@ int run(int argc, char** argv) {
   convertVerb->add_option("--reduce", convert.reduce, "To so many triangles at most, or below 1 to that part of them");
   convertVerb->add_option("--error", convert.errorMm, "To as few triangles as stay within so many mm of the shape");
   convertVerb->add_option("--faces", convert.faces, "STEP: so many smooth faces at most, of each piece");
+  convertVerb->add_option("--quads", convert.quads,
+                          "OBJ and GLB: quads in place of triangles, so many at most a piece");
+  convertVerb->add_option(
+      "--textures", convert.textures,
+      "With --quads: normals, colours and heights of the clay as pictures of so many pixels a side");
   convertVerb->add_flag("--recentre", convert.recentre,
                         "Move it to zero: for formats whose numbers are too coarse where it lies");
   convertVerb->add_flag("--put-back", convert.putBack, "Clay that import moved nearer: to where its file had it");

@@ -26,6 +26,15 @@ constexpr std::array kPresets{
                  kGlb, 100'000, true},
     ExportPreset{"web", "Web", "glTF of 200 000 triangles at most, packed with Draco: small to send.", kGlb, 200'000,
                  true, true},
+    ExportPreset{"textured",
+                 "Textured quads",
+                 "glTF of 4 000 quads a piece at most, with the clay's normals and colours as pictures.",
+                 kGlb,
+                 {},
+                 false,
+                 false,
+                 4000,
+                 2048},
     ExportPreset{"cad", "CAD", "STEP: a smooth solid for each piece, and how far it lies off the clay.", kStep},
     ExportPreset{"archive", "Archive",
                  "The clay itself as a level set and its surface as 3MF: open formats, all of it.", kArchive},
@@ -54,6 +63,10 @@ void applyPreset(const ExportPreset& preset, const std::filesystem::path& file, 
   if (!what.triangles && !what.errorMm) what.triangles = preset.triangles;
   what.recentre = what.recentre || (preset.recentre && !what.putBack);
   what.draco = what.draco || preset.draco;
+  if (preset.quads && !what.quads) {
+    what.quads = preset.quads;
+    what.texturePixels = preset.texturePixels;
+  }
 }
 
 }  // namespace argil::engine

@@ -19,6 +19,8 @@ struct ExportPreset {
   std::optional<uint64_t> triangles = {};     ///< As ModelExport has these.
   bool recentre = false;
   bool draco = false;
+  std::optional<size_t> quads = {};
+  int texturePixels = 0;
 };
 
 [[nodiscard]] std::span<const ExportPreset> exportPresets();

@@ -1,9 +1,9 @@
 #include "engine/models/model_colours.h"
 
 #include <algorithm>
-#include <vector>
+#include <optional>
 
-#include "engine/document/document.h"
+#include "clay/surface/vertex_channels.h"
 
 namespace argil::engine {
 
@@ -33,6 +33,28 @@ clay::Version withColours(clay::Version version, const clay::TriangleMesh& mesh,
   if (!colours.several()) return version;
   const std::vector<clay::MeshColour> vertices = opaque(colours.vertices), triangles = opaque(colours.triangles);
   return clay::withMeshColours(version, mesh, {vertices, triangles}, part);
+}
+
+std::vector<io::Colour> vertexColoursOf(const clay::Surface& surface, const Piece& piece) {
+  const std::vector<clay::VertexPaint> paint = clay::meshPaint(surface);
+  const std::vector<std::optional<std::array<uint8_t, 3>>> materials = materialColours(piece);
+  const std::array<uint8_t, 3> own = bytesOf(piece.colour);
+  const auto materialOf = [&](const clay::VertexPaint& each) {
+    return each.material > 0 && each.material <= materials.size() ? materials[each.material - 1u] : std::nullopt;
+  };
+  std::vector<io::Colour> colours;
+  if (std::none_of(paint.begin(), paint.end(),
+                   [&](const clay::VertexPaint& each) { return each.cover > 0 || materialOf(each); }))
+    return colours;
+  colours.reserve(paint.size());
+  for (const clay::VertexPaint& each : paint) {
+    const std::array<uint8_t, 3> ground = materialOf(each).value_or(own);
+    const auto over = [&](uint8_t colour, uint8_t under) {
+      return static_cast<uint8_t>((colour * each.cover + under * (255 - each.cover) + 127) / 255);
+    };
+    colours.push_back({over(each.red, ground[0]), over(each.green, ground[1]), over(each.blue, ground[2]), 255});
+  }
+  return colours;
 }
 
 std::array<float, 3> colourOf(const io::Colour& c) {

@@ -3,8 +3,11 @@
 
 #include <array>
 #include <span>
+#include <vector>
 
 #include "clay/import/mesh_colours.h"
+#include "clay/surface/surface.h"
+#include "engine/document/document.h"
 #include "io/models/model_file.h"
 
 namespace argil::engine {
@@ -21,6 +24,10 @@ struct FileColours {
 /// is the piece's own. Throws as clay::withMeshColours.
 [[nodiscard]] clay::Version withColours(clay::Version version, const clay::TriangleMesh& mesh,
                                         const FileColours& colours, const clay::WorkPart& part);
+
+/// Of each vertex of a piece's surface, as the studio shows it; empty where nothing is painted and no material has a
+/// colour.
+[[nodiscard]] std::vector<io::Colour> vertexColoursOf(const clay::Surface& surface, const Piece& piece);
 
 /// As pieces and parts have it; alpha is left out.
 [[nodiscard]] std::array<float, 3> colourOf(const io::Colour& colour);

@@ -15,10 +15,12 @@
 #include "engine/models/cad_export.h"
 #include "engine/models/cut_negatives.h"
 #include "engine/models/model_colours.h"
+#include "engine/models/quad_export.h"
 #include "haptics/scene/part_mesh.h"
 #include "io/bytes/input.h"
 #include "io/cad/step_file.h"
 #include "io/models/model_writer.h"
+#include "io/models/textured_mesh.h"
 #include "io/models/vdb_file.h"
 
 namespace argil::engine {
@@ -185,29 +187,6 @@ ImportedModel importModel(const std::filesystem::path& file, const ModelImport& 
   return imported;
 }
 
-// Where something is painted, or of a material that has a colour: one a vertex, as the studio shows it.
-std::vector<io::Colour> vertexColoursOf(const clay::Surface& surface, const Piece& piece) {
-  const std::vector<clay::VertexPaint> paint = clay::meshPaint(surface);
-  const std::vector<std::optional<std::array<uint8_t, 3>>> materials = materialColours(piece);
-  const std::array<uint8_t, 3> own = bytesOf(piece.colour);
-  const auto materialOf = [&](const clay::VertexPaint& each) {
-    return each.material > 0 && each.material <= materials.size() ? materials[each.material - 1u] : std::nullopt;
-  };
-  std::vector<io::Colour> colours;
-  if (std::none_of(paint.begin(), paint.end(),
-                   [&](const clay::VertexPaint& each) { return each.cover > 0 || materialOf(each); }))
-    return colours;
-  colours.reserve(paint.size());
-  for (const clay::VertexPaint& each : paint) {
-    const std::array<uint8_t, 3> ground = materialOf(each).value_or(own);
-    const auto over = [&](uint8_t colour, uint8_t under) {
-      return static_cast<uint8_t>((colour * each.cover + under * (255 - each.cover) + 127) / 255);
-    };
-    colours.push_back({over(each.red, ground[0]), over(each.green, ground[1]), over(each.blue, ground[2]), 255});
-  }
-  return colours;
-}
-
 // A reduced mesh has other vertices: each takes the colour of the nearest corner of the nearest triangle there was.
 std::vector<io::Colour> coloursOn(const clay::TriangleMesh& mesh, const clay::TriangleMesh& before,
                                   const std::vector<io::Colour>& colours) {
@@ -359,6 +338,10 @@ std::vector<std::string> writeModelFiles(const std::vector<std::filesystem::path
     io::WriteReport report;
     if (io::isStep(file)) {
       for (std::string& sentence : writeCad(file, document, what, job)) sentences.push_back(std::move(sentence));
+      continue;
+    }
+    if (what.quads && io::holdsTextures(file)) {
+      for (std::string& sentence : writeQuads(file, document, what, job)) sentences.push_back(std::move(sentence));
       continue;
     }
     if (io::endingOf(file) == ".vdb") {

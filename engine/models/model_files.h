@@ -54,6 +54,8 @@ struct ModelExport {
   bool recentre = false;                  ///< Moved to zero: 32-bit numbers are finest there.
   bool putBack = false;                   ///< Each piece where the file that it was imported from had it.
   bool draco = false;                     ///< glTF packed with Draco: a tenth of the size; fewer programs open it.
+  std::optional<size_t> quads;            ///< OBJ and GLB: so many quads at most a piece, in place of triangles,
+  int texturePixels = 0;                  ///< and pictures of so many pixels a side on them; 0: none.
   size_t cadQuads = 500;                  ///< STEP: smooth faces of each piece, at most.
   clay::Grade grade = clay::Grade::fine;  ///< A file is made once: creases are worth the time.
 };

@@ -72,12 +72,14 @@ class Judge {
     if (errors() > 0) return;  // What follows trusts the form.
     asset();
     extensions();
-    for (const char* each : {"buffers", "bufferViews", "accessors", "materials", "meshes", "nodes", "scenes"})
+    for (const char* each :
+         {"buffers", "bufferViews", "accessors", "materials", "meshes", "nodes", "scenes", "images", "textures"})
       used_[each].resize(list(each).size());
     buffers();
     bufferViews();
     accessors();
     materials();
+    images();
     meshes();
     nodes();
     unused();
@@ -334,6 +336,37 @@ class Judge {
       const Json& material = list("materials")[i];
       if (material.contains("alphaCutoff") && material.value("alphaMode", "OPAQUE") != "MASK")
         say("MATERIAL_ALPHA_CUTOFF_INVALID_MODE", at("/materials", i));
+      const Json pbr = material.value("pbrMetallicRoughness", Json::object());
+      for (const Json& info : {material.value("normalTexture", Json()), pbr.value("baseColorTexture", Json())}) {
+        if (!info.is_object()) continue;
+        used_["textures"][info["index"]] = true;
+        pictured_.insert({i, info.value("texCoord", 0)});
+      }
+    }
+  }
+
+  // Only what lies in the buffer: a name of another file is UNEXPECTED_PROPERTY.
+  void images() {
+    for (const Json& texture : list("textures"))
+      if (texture.contains("source")) used_["images"][texture["source"]] = true;
+    for (size_t i = 0; i < list("images").size(); ++i) {
+      const Json& image = list("images")[i];
+      const std::string pointer = at("/images", i);
+      if (!image.contains("bufferView")) {
+        say("INVALID_JSON", pointer, "an image without bytes");
+        continue;
+      }
+      const size_t which = image["bufferView"];
+      const Json& view = list("bufferViews")[which];
+      used_["bufferViews"][which] = true;
+      if (!image.contains("mimeType")) say("IMAGE_BUFFER_VIEW_WITHOUT_MIME_TYPE", pointer);
+      if (view.contains("target") || view.contains("byteStride"))
+        say("IMAGE_BUFFER_VIEW_WITH_BYTESTRIDE", pointer, "of vertices");
+      const std::optional<std::string>& bytes = contents_[view["buffer"]];
+      if (!bytes) continue;
+      const std::string signature = image.value("mimeType", "") == "image/jpeg" ? "\xff\xd8\xff" : "\x89PNG\r\n\x1a\n";
+      if (bytes->compare(view.value("byteOffset", size_t{0}), signature.size(), signature) != 0)
+        say("IMAGE_UNRECOGNIZED_FORMAT", pointer);
     }
   }
 
@@ -388,7 +421,12 @@ class Judge {
       for (const auto& [name, value] : draco["attributes"].items())
         if (!attributes.contains(name)) say("UNRESOLVED_REFERENCE", pointer + "/attributes/" + name, "only in Draco");
     }
-    if (primitive.contains("material")) used_["materials"][primitive["material"]] = true;
+    if (primitive.contains("material")) {
+      used_["materials"][primitive["material"]] = true;
+      for (const auto& [material, set] : pictured_)
+        if (material == primitive["material"] && !attributes.contains("TEXCOORD_" + std::to_string(set)))
+          say("MESH_PRIMITIVE_TOO_FEW_TEXCOORDS", pointer + "/material");
+    }
     uint64_t corners = count.value_or(0);
     if (primitive.contains("indices")) {
       const size_t which = primitive["indices"];
@@ -424,6 +462,23 @@ class Judge {
         if (k == 2 && !(std::abs(std::sqrt(square) - 1) <= kUnit)) ++bad;
       });
       if (bad > 0) say("ACCESSOR_VECTOR3_NON_UNIT", pointer, std::to_string(bad));
+    } else if (name == "TANGENT") {
+      if (badFormat(type != "VEC4" || component != 5126 || normalized)) return;
+      double square = 0;
+      uint64_t bad = 0, sides = 0;
+      values(which, [&](double v, uint64_t, uint64_t k) {
+        if (k == 3) {
+          bad += std::abs(std::sqrt(square) - 1) <= kUnit ? 0 : 1;
+          sides += v == 1 || v == -1 ? 0 : 1;
+        }
+        square = (k == 0 ? 0 : square) + v * v;
+      });
+      if (bad > 0) say("ACCESSOR_VECTOR3_NON_UNIT", pointer, std::to_string(bad));
+      if (sides > 0) say("ACCESSOR_INVALID_SIGN", pointer, std::to_string(sides));
+    } else if (name.starts_with("TEXCOORD_")) {
+      if (name != "TEXCOORD_0") say("MESH_PRIMITIVE_INDEXED_SEMANTIC_CONTINUITY", pointer);
+      const bool fraction = (component == 5121 || component == 5123) && normalized;
+      if (badFormat(type != "VEC2" || !(fraction || (component == 5126 && !normalized)))) return;
     } else if (name.starts_with("COLOR_")) {
       if (name != "COLOR_0") say("MESH_PRIMITIVE_INDEXED_SEMANTIC_CONTINUITY", pointer);
       const bool fraction = (component == 5121 || component == 5123) && normalized;
@@ -512,6 +567,7 @@ class Judge {
   std::vector<std::optional<std::string>> contents_;  // of each buffer
   std::set<std::string> named_;                       // extensions that some object has
   std::map<std::string, std::vector<bool>> used_;
+  std::set<std::pair<size_t, int>> pictured_;  // material, set of its places on pictures
   std::map<size_t, int> usage_, viewUsage_;
   std::map<size_t, std::set<size_t>> vertexUsers_;  // accessors of vertices by view
   std::vector<GltfIssue> issues_;

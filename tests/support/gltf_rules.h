@@ -2,8 +2,8 @@
 // The rules of glTF 2.0 (Khronos; ISO/IEC 12113), judged on the bytes of a file without any of Argil's own code.
 //
 // Issues have the codes and severities of Khronos' glTF validator (its list ISSUES.md), so that the two can be
-// compared. What Argil does not write (textures, cameras, skins, animations, morph targets, sparse accessors, buffers
-// in other files) is an UNEXPECTED_PROPERTY here. Draco's streams are not decoded.
+// compared. What Argil does not write (samplers, cameras, skins, animations, morph targets, sparse accessors, buffers
+// and pictures in other files) is an UNEXPECTED_PROPERTY here. Draco's streams are not decoded.
 
 #include <string>
 #include <string_view>

@@ -18,6 +18,7 @@
 #include "io/models/added_formats.h"
 #include "io/models/model_file.h"
 #include "io/models/model_writer.h"
+#include "io/models/textured_mesh.h"
 #include "ui3d/cli/mesh_input.h"
 #include "ui3d/cli/progress.h"
 #include "ui3d/cli/verbs.h"
@@ -39,6 +40,8 @@ engine::ModelExport exportOf(const ConvertOptions& options, const std::vector<io
   how.grade = options.surface;
   how.draco = options.draco;
   if (options.faces) how.cadQuads = static_cast<size_t>(*options.faces);
+  if (options.quads) how.quads = static_cast<size_t>(*options.quads);
+  if (options.textures) how.texturePixels = *options.textures;
   how.recentre = options.recentre;
   how.putBack = options.putBack;
   if (options.reduce) {
@@ -140,6 +143,20 @@ void convert(const ConvertOptions& options) {
     throw Error(fmt::format("{}: --faces is for STEP; leave it out", options.output.string()));
   if (options.faces && !(*options.faces >= 24 && *options.faces <= 20000))
     throw Error(fmt::format("--faces {}: give 24 to 20000", *options.faces));
+  if (options.textures && !options.quads) throw Error("--textures: give --quads too");
+  if (options.quads) {
+    if (!io::holdsTextures(options.output))
+      throw Error(fmt::format("{}: --quads is for .obj and .glb; leave it out", options.output.string()));
+    if (!(*options.quads >= 24 && *options.quads <= 100000))
+      throw Error(fmt::format("--quads {}: give 24 to 100000", *options.quads));
+    if (options.textures && !(*options.textures >= 16 && *options.textures <= 16384))
+      throw Error(fmt::format("--textures {}: give 16 to 16384 pixels", *options.textures));
+    if (options.reduce || options.errorMm || options.recentre || options.draco)
+      throw Error(
+          fmt::format("{}: quads are made anew and keep their place; leave --reduce, --error, --recentre and "
+                      "--draco out",
+                      options.output.string()));
+  }
   if (toCad && (options.reduce || options.errorMm || options.recentre))
     throw Error(
         fmt::format("{}: STEP has no triangles, and keeps its place; leave --reduce, --error and --recentre out",
@@ -150,7 +167,8 @@ void convert(const ConvertOptions& options) {
   if (toClay && options.recentre)
     throw Error(fmt::format("{}: clay keeps its place; leave --recentre out", options.output.string()));
   if (options.recentre && options.putBack) throw Error("--recentre and --put-back: give one of them");
-  const bool byWayOfClay = toClay || toCad || options.voxelMm || options.bits || engine::holdsClay(options.input);
+  const bool byWayOfClay =
+      toClay || toCad || options.quads || options.voxelMm || options.bits || engine::holdsClay(options.input);
   if (options.putBack && (!byWayOfClay || io::endingOf(options.output) == ".argil"))
     throw Error(fmt::format("{}: --put-back is for clay that becomes a model or a level set; leave it out",
                             options.output.string()));

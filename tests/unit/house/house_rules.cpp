@@ -30,7 +30,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
 // Folders of a module from the ground up: each may include what stands before it. Files beside them may include all,
 // and nothing in a folder includes those.
 const std::map<std::string, std::vector<std::string>> kFloors = {
-    {"clay", {"base", "kernels", "store", "field", "mesh", "surface", "import", "brush", "whole", "cage", "mould"}},
+    {"clay", {"base", "kernels", "store", "field", "mesh", "surface", "import", "brush", "whole", "cage", "mould", "unwrap"}},
     {"haptics", {"base", "threads", "scene", "contact", "servo", "devices", "analysis"}},
     {"io", {"bytes", "records", "sandbox", "reader", "cad_reader", "models", "cad"}},
     {"engine", {"document", "print", "tools", "text", "plugins", "saving", "models", "session"}},

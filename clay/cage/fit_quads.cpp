@@ -1,0 +1,115 @@
+#include "clay/cage/fit_quads.h"
+
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "clay/base/parallel.h"
+
+namespace argil::clay {
+
+namespace {
+
+constexpr int kRounds = 5;
+constexpr std::array kPlaces = {1.0 / 6, 0.5, 5.0 / 6};
+constexpr size_t kOfQuad = kPlaces.size() * kPlaces.size();
+constexpr double kAlong = 0.02;  // of a place's weight: how much a vertex is held along the surface
+constexpr double kStay = 0.02;   // and where it is at all
+
+// Of a place of a quad: its weights of the corners, how far it lies off, and which way.
+struct Off {
+  Vec3d normal;
+  double mm = 0;
+};
+
+std::array<double, 4> weightsOf(size_t place) {
+  const double u = kPlaces[place % kPlaces.size()], v = kPlaces[place / kPlaces.size()];
+  return {(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v};
+}
+
+std::vector<Off> offOf(const QuadMesh& mesh, const TriangleMesh& surface, const NearestTriangle& tree, int threads) {
+  std::vector<Off> out(kOfQuad * mesh.quads.size());
+  parallelBlocks(
+      mesh.quads.size(), threads,
+      [&](size_t begin, size_t end) {
+        uint32_t hint = UINT32_MAX;
+        for (size_t f = begin; f < end; ++f)
+          for (size_t k = 0; k < kOfQuad; ++k) {
+            const std::array<double, 4> weights = weightsOf(k);
+            Vec3d p = Vec3d::Zero();
+            for (size_t c = 0; c < 4; ++c) p += weights[c] * mesh.positions[mesh.quads[f][c]];
+            hint = tree.nearest(p, hint).triangle;
+            const auto& t = tree.corners(hint);
+            const Vec3d &a = surface.positions[t[0]], &b = surface.positions[t[1]], &c = surface.positions[t[2]];
+            const Vec3d way = p - nearestOnTriangle(p, a, b, c), face = (b - a).cross(c - a).normalized();
+            // Off an edge or a corner the way itself is the normal.
+            const double length = way.norm();
+            const bool outside = way.dot(face) > 0;
+            const Vec3d normal = length > 1e-9 ? Vec3d((outside ? 1 : -1) / length * way) : face;
+            out[kOfQuad * f + k] = {normal, outside ? length : -length};
+          }
+      },
+      64);
+  return out;
+}
+
+double sumOf(const std::vector<Off>& off) {
+  double sum = 0;
+  for (const Off& each : off) sum += each.mm * each.mm;
+  return sum;
+}
+
+}  // namespace
+
+void fitQuads(QuadMesh& mesh, const TriangleMesh& surface, const NearestTriangle& tree, int threads,
+              const WorkPart& part) {
+  using Sparse = Eigen::SparseMatrix<double>;
+  const auto unknowns = static_cast<Eigen::Index>(3 * mesh.positions.size());
+  std::vector<Off> off = offOf(mesh, surface, tree, threads);
+  for (int round = 0; round < kRounds; ++round) {
+    part.step(double(round) / kRounds);
+    std::vector<Eigen::Triplet<double>> entries;
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(unknowns);
+    for (size_t f = 0; f < mesh.quads.size(); ++f) {
+      Eigen::Matrix<double, 12, 12> block = Eigen::Matrix<double, 12, 12>::Zero();
+      Eigen::Matrix<double, 12, 1> side = Eigen::Matrix<double, 12, 1>::Zero();
+      for (size_t k = 0; k < kOfQuad; ++k) {
+        const Off& each = off[kOfQuad * f + k];
+        const std::array<double, 4> weights = weightsOf(k);
+        Eigen::Matrix<double, 12, 1> row;
+        for (int c = 0; c < 4; ++c) row.segment<3>(3 * c) = weights[size_t(c)] * each.normal;
+        block += row * row.transpose();
+        side -= each.mm * row;
+        for (int c = 0; c < 4; ++c) {
+          block.block<3, 3>(3 * c, 3 * c) +=
+              weights[size_t(c)] * (kAlong * (Eigen::Matrix3d::Identity() - each.normal * each.normal.transpose()) +
+                                    kStay * Eigen::Matrix3d::Identity());
+        }
+      }
+      for (int i = 0; i < 12; ++i) {
+        const auto at = static_cast<Eigen::Index>(3 * mesh.quads[f][size_t(i / 3)] + uint32_t(i % 3));
+        right[at] += side[i];
+        for (int j = 0; j < 12; ++j)
+          entries.emplace_back(at, static_cast<Eigen::Index>(3 * mesh.quads[f][size_t(j / 3)] + uint32_t(j % 3)),
+                               block(i, j));
+      }
+    }
+    Sparse matrix(unknowns, unknowns);
+    matrix.setFromTriplets(entries.begin(), entries.end());
+    const Eigen::SimplicialLDLT<Sparse> solver(matrix);
+    if (solver.info() != Eigen::Success) return;
+    const Eigen::VectorXd move = solver.solve(right);
+    QuadMesh moved = mesh;
+    for (size_t v = 0; v < moved.positions.size(); ++v)
+      moved.positions[v] += move.segment<3>(3 * static_cast<Eigen::Index>(v));
+    std::vector<Off> now = offOf(moved, surface, tree, threads);
+    if (!(sumOf(now) < sumOf(off))) return;
+    mesh = std::move(moved);
+    off = std::move(now);
+  }
+}
+
+}  // namespace argil::clay

@@ -1,0 +1,17 @@
+#pragma once
+// Flat quads that lie as near to a surface as they come.
+
+#include "clay/base/work_part.h"
+#include "clay/cage/quad_mesh.h"
+#include "clay/mesh/nearest_triangle.h"
+
+namespace argil::clay {
+
+/// Moves the vertices of a closed mesh, along the surface hardly, until its quads lie around the surface that `tree`
+/// searches and not only inside it, as those do whose corners are on it: least squares over nine places of each. A
+/// round after which they lie farther off is taken back. Throws Cancelled. Cost: about 0.2 ms a quad. The same for any
+/// count of threads.
+void fitQuads(QuadMesh& mesh, const TriangleMesh& surface, const NearestTriangle& tree, int threads,
+              const WorkPart& part);
+
+}  // namespace argil::clay

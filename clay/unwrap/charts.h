@@ -1,0 +1,32 @@
+#pragma once
+// A closed mesh of quads in few parts that can be laid flat.
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "clay/base/work_part.h"
+#include "clay/cage/quad_mesh.h"
+#include "clay/unwrap/flatten.h"
+
+namespace argil::clay {
+
+/// Quads that are joined along some of their edges; all others are seams, also between two quads of the chart: a tube
+/// is cut along its length. Each of its vertices has one place on the flat, so one of the mesh may be several here.
+struct Chart {
+  std::vector<uint32_t> quads;                    ///< Of the mesh, ascending.
+  std::vector<std::array<uint32_t, 4>> vertices;  ///< Of each of them, in the order of its corners.
+  SurfaceDisk disk;                               ///< Two triangles a quad, in the order of the quads.
+  FlatDisk flat;
+};
+
+/// The two triangles of a quad, as corners: along the shorter diagonal, unless one of them would lie the other way.
+[[nodiscard]] std::array<std::array<uint8_t, 3>, 2> trianglesOf(const std::array<Vec3d, 4>& corners);
+
+/// Charts of all quads, few and none stretched by more than it must be: quads are joined as long as a chart keeps
+/// within `stretch` (FlatDisk::stretch, above 1) and passes over itself nowhere; what cannot be joined stays alone.
+/// Less stretched ones are tried first, and it ends where there are no more than `few`. Throws Error for a mesh that is
+/// not closed, for a quad without area; Cancelled. Cost: some ms a quad. One thread; the same on all machines.
+[[nodiscard]] std::vector<Chart> chartsOf(const QuadMesh& mesh, double stretch, size_t few, const WorkPart& part);
+
+}  // namespace argil::clay
