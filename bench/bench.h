@@ -93,6 +93,7 @@ struct BenchOptions {
   double cellSeconds = 20;                      ///< day: a stroke that has taken so much work is cut off.
   std::vector<double> tips = {2, 12, 50, 200};  ///< day: radii, voxels.
   double hours = 4;                             ///< day: simulated.
+  int sculpts = 200;                            ///< cad: random ones.
   std::vector<std::string> tools;  ///< day: ids of the tools that are measured; empty: all that need no file.
   Job* job = nullptr;
 };
@@ -122,6 +123,7 @@ void benchPairs(BenchReport& report, const BenchOptions& options);
 void benchCosts(BenchReport& report, const BenchOptions& options);
 void benchPlugins(BenchReport& report, const BenchOptions& options);
 void benchPrint(BenchReport& report, const BenchOptions& options);
+void benchCad(BenchReport& report, const BenchOptions& options);
 void benchLooks(BenchReport& report, const BenchOptions& options);
 void benchTradeoff(BenchReport& report, const BenchOptions& options);
 

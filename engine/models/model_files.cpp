@@ -20,8 +20,8 @@
 #include "io/bytes/input.h"
 #include "io/cad/step_file.h"
 #include "io/models/model_writer.h"
-#include "io/models/textured_mesh.h"
 #include "io/models/vdb_file.h"
+#include "io/textured/textured_mesh.h"
 
 namespace argil::engine {
 namespace {

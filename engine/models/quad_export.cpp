@@ -19,8 +19,8 @@
 #include "clay/unwrap/unwrap.h"
 #include "engine/models/model_colours.h"
 #include "io/models/mesh_writer.h"
-#include "io/models/png.h"
-#include "io/models/textured_mesh.h"
+#include "io/textured/png.h"
+#include "io/textured/textured_mesh.h"
 
 namespace argil::engine {
 

@@ -18,7 +18,7 @@
 #include "io/models/added_formats.h"
 #include "io/models/model_file.h"
 #include "io/models/model_writer.h"
-#include "io/models/textured_mesh.h"
+#include "io/textured/textured_mesh.h"
 #include "ui3d/cli/mesh_input.h"
 #include "ui3d/cli/progress.h"
 #include "ui3d/cli/verbs.h"

@@ -30,9 +30,10 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
 // Folders of a module from the ground up: each may include what stands before it. Files beside them may include all,
 // and nothing in a folder includes those.
 const std::map<std::string, std::vector<std::string>> kFloors = {
-    {"clay", {"base", "kernels", "store", "field", "mesh", "surface", "import", "brush", "whole", "cage", "mould", "unwrap"}},
+    {"clay",
+     {"base", "kernels", "store", "field", "mesh", "surface", "import", "brush", "whole", "cage", "mould", "unwrap"}},
     {"haptics", {"base", "threads", "scene", "contact", "servo", "devices", "analysis"}},
-    {"io", {"bytes", "records", "sandbox", "reader", "cad_reader", "models", "cad"}},
+    {"io", {"bytes", "records", "sandbox", "reader", "cad_reader", "models", "cad", "textured"}},
     {"engine", {"document", "print", "tools", "text", "plugins", "saving", "models", "session"}},
     {"render", {"view", "surface", "gpu", "renderer"}},
     {"ui3d/studio", {"view", "files", "input", "widgets", "kit", "panels"}},

@@ -1,6 +1,6 @@
 // Quads with pictures on them, as OBJ and glTF.
 
-#include "io/models/textured_mesh.h"
+#include "io/textured/textured_mesh.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 #include "gltf_peer.h"
 #include "io/models/model_file.h"
 #include "io/models/picture.h"
-#include "io/models/png.h"
+#include "io/textured/png.h"
 #include "tests/support/gltf_rules.h"
 #include "tests/support/mesh_samples.h"
 

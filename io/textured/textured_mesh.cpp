@@ -1,4 +1,4 @@
-#include "io/models/textured_mesh.h"
+#include "io/textured/textured_mesh.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <optional>
+#include <set>
 #include <utility>
 
 #include "clay/base/error.h"
@@ -51,12 +51,21 @@ class Together {
   std::vector<std::unique_ptr<ByteSink>> sinks_;
 };
 
-std::string plain(const std::string& name, size_t number) {
-  std::string out = name.empty() ? fmt::format("Object {}", number + 1) : name;
-  for (char& c : out)
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
-  return out;
-}
+// Names differ: one of a name that was there is a later part of the same object for readers of OBJ.
+class Names {
+ public:
+  std::string of(const std::string& name) {
+    std::string plain = name.empty() ? "Object" : name;
+    for (char& c : plain)
+      if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+    std::string own = plain;
+    for (int number = 2; !names_.insert(own).second; ++number) own = fmt::format("{} {}", plain, number);
+    return own;
+  }
+
+ private:
+  std::set<std::string> names_;
+};
 
 std::vector<std::string> writeObj(const fs::path& file, std::span<const TexturedObject> objects, Job* job) {
   Together files;
@@ -93,12 +102,13 @@ std::vector<std::string> writeObj(const fs::path& file, std::span<const Textured
     out.text("\n");
   };
   out.text(fmt::format("# Written by Argil, units: mm\nmtllib {}.mtl\n", stem));
+  Names names;
   size_t vertices = 1, places = 1;  // they count from 1
   for (size_t i = 0; i < objects.size(); ++i) {
     if (job) job->step(double(i) / double(objects.size()));
     const TexturedObject& object = objects[i];
     out.text(
-        fmt::format("o {}\nusemtl {}\n", plain(object.name, i), i == 0 ? stem : fmt::format("{}_{}", stem, i + 1)));
+        fmt::format("o {}\nusemtl {}\n", names.of(object.name), i == 0 ? stem : fmt::format("{}_{}", stem, i + 1)));
     std::vector<Vec3d> normals(object.mesh.positions.size(), Vec3d::UnitZ());
     for (size_t k = 0; k < object.frames.vertices.size(); ++k)
       normals[object.frames.vertices[k]] = object.frames.normals[k];
@@ -131,7 +141,7 @@ class Glb {
     json_["scene"] = 0;
     json_["scenes"] = Json::array({{{"nodes", Json::array()}}});
     for (const char* list : {"nodes", "meshes", "accessors", "bufferViews", "materials"}) json_[list] = Json::array();
-    for (size_t i = 0; i < objects.size(); ++i) add(objects[i], i);
+    for (const TexturedObject& each : objects) add(each);
     json_["buffers"] = Json::array({{{"byteLength", bytes_.size()}}});
   }
 
@@ -176,7 +186,7 @@ class Glb {
     return json_["textures"].size() - 1;
   }
 
-  void add(const TexturedObject& object, size_t number) {
+  void add(const TexturedObject& object) {
     Vec3d low = Vec3d::Constant(INFINITY), high = -low;
     for (const Vec3d& p : object.mesh.positions) low = low.cwiseMin(p), high = high.cwiseMax(p);
     const Vec3d middle = (low + high) / 2;
@@ -226,7 +236,7 @@ class Glb {
     if (!object.normals.empty()) material["normalTexture"] = {{"index", texture(object.normals)}};
     primitive["material"] = json_["materials"].size();
     json_["materials"].push_back(std::move(material));
-    const std::string name = plain(object.name, number);
+    const std::string name = names_.of(object.name);
     json_["scenes"][0]["nodes"].push_back(json_["nodes"].size());
     json_["nodes"].push_back({{"name", name},
                               {"mesh", json_["meshes"].size()},
@@ -235,6 +245,7 @@ class Glb {
   }
 
   Json json_;
+  Names names_;
   std::vector<std::byte> bytes_;
 };
 

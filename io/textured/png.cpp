@@ -1,6 +1,6 @@
 // PNG (ISO/IEC 15948): signature, IHDR, IDAT, IEND.
 
-#include "io/models/png.h"
+#include "io/textured/png.h"
 
 #include <libdeflate.h>
 
