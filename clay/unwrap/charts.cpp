@@ -25,6 +25,7 @@ constexpr int kTryRounds = 12, kLastRounds = 60;                         // of l
 // convex hull it fills and of the whole surface it may be, since charts that are compact and none too large lie close
 // together.
 constexpr double kPartFilled = 0.7;
+constexpr double kLeastHeight = 1e-5;  // of a triangle's side
 struct Step {
   double stretch, filled, share;
 };
@@ -37,6 +38,28 @@ Vec3d areaOf(const std::array<Vec3d, 4>& c) {
 
 double turn(const Vec2d& a, const Vec2d& b, const Vec2d& c) {
   return (b - a).x() * (c - a).y() - (b - a).y() * (c - a).x();
+}
+
+// Two triangles beside each other keep all their lengths. What has no height gets a little.
+FlatDisk unfolded(const SurfaceDisk& disk) {
+  FlatDisk flat;
+  flat.places.resize(disk.positions.size());
+  // The third corner, to the left of the way from one to another.
+  const auto third = [&](uint32_t a, uint32_t b, uint32_t c) -> Vec2d {
+    const Vec3d way = disk.positions[b] - disk.positions[a], other = disk.positions[c] - disk.positions[a];
+    const double length = way.norm(), along = other.dot(way) / length;
+    const double up = std::max(way.cross(other).norm() / length, kLeastHeight * length);
+    const Vec2d x = (flat.places[b] - flat.places[a]).normalized();
+    return flat.places[a] + along * x + up * Vec2d(-x.y(), x.x());
+  };
+  const auto &one = disk.triangles[0], &other = disk.triangles[1];
+  flat.places[one[1]] = {(disk.positions[one[1]] - disk.positions[one[0]]).norm(), 0};
+  if (!(flat.places[one[1]].x() > 0)) throw Error("a quad without an area cannot be laid flat");
+  flat.places[one[2]] = third(one[0], one[1], one[2]);
+  for (size_t s = 0; s < 3; ++s)
+    if (std::find(one.begin(), one.end(), other[(s + 2) % 3]) == one.end())
+      flat.places[other[(s + 2) % 3]] = third(other[s], other[(s + 1) % 3], other[(s + 2) % 3]);
+  return flat;
 }
 
 // Of the convex hull (Andrew's chains).
@@ -72,8 +95,7 @@ class Charts {
     for (uint32_t f = 0; f < mesh.quads.size(); ++f) {
       const Vec3d area = areaOf(cornersOf(f));
       size_.push_back(area.norm());
-      if (!(size_.back() > 0)) throw Error("a quad without an area cannot be laid flat");
-      normal_.push_back(area / size_.back());
+      normal_.push_back(size_.back() > 0 ? Vec3d(area / size_.back()) : Vec3d::UnitZ());
     }
   }
 
@@ -230,13 +252,13 @@ class Charts {
   void addFlat(std::vector<uint32_t> quads) {
     joinAsDisk(quads);
     std::optional<Chart> chart = chartOf(quads);
-    if (chart && layFlat(*chart, {stretch_, quads.size() < 4 ? 0 : kPartFilled, 1})) {
+    if (chart && quads.size() == 1) chart->flat = unfolded(chart->disk);
+    if (chart && (quads.size() == 1 || layFlat(*chart, {stretch_, quads.size() < 4 ? 0 : kPartFilled, 1}))) {
       for (const uint32_t f : quads) chartOf_[f] = static_cast<uint32_t>(charts_.size());
       charts_.push_back(std::move(chart));
       ++alive_;
       return;
     }
-    if (quads.size() == 1) throw Error("a quad that is folded cannot be laid flat");
     for (const uint32_t f : quads)
       for (int s = 0; s < 4; ++s) joined_[topology_.edgeOf(f, s)] = false;
     for (auto& half : halves(quads)) addFlat(std::move(half));

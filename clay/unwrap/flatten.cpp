@@ -18,6 +18,7 @@ constexpr double kStay = 1e-4;       // of the stiffness: how much a vertex is h
 constexpr double kEnough = 1e-5;     // of the energy: less gain in a round ends the work
 constexpr double kBeforeFold = 0.8;  // of the way to the first fold
 constexpr int kHalvings = 12;
+constexpr double kLeastHeight = 1e-5;  // of a triangle's side: what has less is given that
 
 // A triangle in its own plane: gradients of its corners' hat functions, and its area.
 struct Flat {
@@ -27,9 +28,10 @@ struct Flat {
 
 std::optional<Flat> flatOf(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
   const Vec3d side = b - a, other = c - a;
-  const double length = side.norm(), twice = side.cross(other).norm();
-  if (!(twice > 0) || !(length > 0)) return std::nullopt;
-  const double x = other.dot(side) / length, y = twice / length;
+  const double length = side.norm();
+  if (!(length > 0)) return std::nullopt;
+  const double x = other.dot(side) / length, y = std::max(side.cross(other).norm() / length, kLeastHeight * length),
+               twice = length * y;
   Flat flat;
   flat.area = 0.5 * twice;
   flat.gradient[1] = Vec2d(y, -x) / twice;

@@ -1,9 +1,10 @@
-// `argil convert ... .step`: clay as a smooth solid.
+// `argil convert ... .step`: clay as a smooth solid; `--quads`: as few quads with pictures.
 
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <regex>
+#include <sstream>
 #include <string>
 
 #include "tests/e2e/support/command.h"
@@ -57,6 +58,59 @@ TEST_F(Cad, BadWordsAreOneLineAndLeaveNothing) {
                                                                                      {"out.step", "--reduce", "0.5"},
                                                                                      {"nowhere/out.step"},
                                                                                      {"out.step", "--for", "slicer"}}) {
+    std::vector<std::string> all{"convert", file, (scratch_ / words[0]).string()};
+    all.insert(all.end(), words.begin() + 1, words.end());
+    const Outcome said = argil(all);
+    EXPECT_EQ(said.code, 2) << said.out;
+    EXPECT_EQ(std::count(said.err.begin(), said.err.end(), '\n'), 1) << said.err;
+    EXPECT_FALSE(fs::exists(scratch_ / words[0]));
+  }
+}
+
+TEST_F(Cad, QuadsComeWithPicturesOfTheClay) {
+  const std::string file = ring();
+  const Outcome said = argil({"convert", file, (scratch_ / "out.obj").string(), "--quads", "200", "--textures", "128"});
+  ASSERT_EQ(said.code, 0) << said.err;
+  const std::string text = slurp(scratch_ / "out.obj");
+  size_t faces = 0;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.rfind("f ", 0) != 0) continue;
+    EXPECT_TRUE(std::regex_match(line, std::regex("f( [0-9]+/[0-9]+/[0-9]+){4}"))) << line;
+    ++faces;
+  }
+  EXPECT_GT(faces, 300u);
+  EXPECT_LE(faces, 400u);
+  for (const char* each : {"out.mtl", "out_normal.png", "out_displacement.png", "out_2_normal.png"})
+    EXPECT_TRUE(fs::exists(scratch_ / each)) << each;
+  EXPECT_FALSE(fs::exists(scratch_ / "out_colour.png")) << "nothing is painted";
+  std::smatch found;
+  ASSERT_TRUE(std::regex_search(said.out, found,
+                                std::regex("Ring: (\\d+) quads; ([^ ]+) mm RMS off the clay, ([^ ]+) at most; (\\d+) "
+                                           "charts")))
+      << said.out;
+  EXPECT_LT(std::stod(found[2]), 0.3) << "edges of 5 mm on a tube of 7";
+  EXPECT_LE(std::stoi(found[4]), 15);
+  // What was written is the clay, and closed.
+  const Outcome back = argil({"inspect", (scratch_ / "out.obj").string(), "--json"});
+  EXPECT_EQ(back.code, 0) << back.err;
+  const Outcome packed = argil(
+      {"convert", file, (scratch_ / "out.glb").string(), "--for", "textured", "--quads", "60", "--textures", "64"});
+  ASSERT_EQ(packed.code, 0) << packed.err;
+  EXPECT_NE(slurp(scratch_ / "out.glb").find("normalTexture"), std::string::npos);
+}
+
+TEST_F(Cad, BadWordsAboutQuadsAreOneLineAndLeaveNothing) {
+  const std::string file = ring();
+  for (const std::vector<std::string>& words :
+       std::vector<std::vector<std::string>>{{"out.obj", "--quads", "3"},
+                                             {"out.obj", "--quads", "1e9"},
+                                             {"out.stl", "--quads", "300"},
+                                             {"out.glb", "--textures", "512"},
+                                             {"out.glb", "--quads", "300", "--textures", "4"},
+                                             {"out.glb", "--quads", "300", "--draco"},
+                                             {"out.obj", "--quads", "300", "--reduce", "0.5"},
+                                             {"nowhere/out.obj", "--quads", "300"}}) {
     std::vector<std::string> all{"convert", file, (scratch_ / words[0]).string()};
     all.insert(all.end(), words.begin() + 1, words.end());
     const Outcome said = argil(all);
