@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kTries = 3;  // cages
 constexpr int kTryRounds = 2, kRounds = 4;
-constexpr int kTrySpan = 4, kPerSpan = 6;  // places along a span that deviations are taken at
+constexpr int kTrySpan = 2, kPerSpan = 4;  // places along a span that deviations are taken at
 constexpr double kMostOfMost = 3;          // an outlier may be so many times as far as 99 of 100 places
 
 double scoreOf(const PatchDeviation& deviation) {

@@ -12,7 +12,7 @@ namespace argil::clay {
 
 namespace {
 
-constexpr int kPerSide = 8;  // places that are fitted along a side of a patch
+constexpr int kPerSide = 2 * kPatchSpans;  // places that are fitted along a side of a patch
 // How much the net is held straight, and how much a place is held where it is along the surface, stage by stage.
 struct Stage {
   double stiff, along;
@@ -40,9 +40,9 @@ Vec3d nearestOn(const TriangleMesh& mesh, const NearestTriangle& tree, const Vec
 Table straightNet(const PatchNet& net, const QuadMesh& cage) {
   Table at(Eigen::Index(net.vertexCount()), 3);
   for (uint32_t f = 0; f < cage.quads.size(); ++f)
-    for (int i = 0; i <= 4; ++i)
-      for (int j = 0; j <= 4; ++j) {
-        const double u = i / 4.0, v = j / 4.0;
+    for (int i = 0; i <= kPatchSpans; ++i)
+      for (int j = 0; j <= kPatchSpans; ++j) {
+        const double u = double(i) / kPatchSpans, v = double(j) / kPatchSpans;
         const auto& quad = cage.quads[f];
         at.row(net.vertex(f, i, j)) =
             ((1 - u) * (1 - v) * cage.positions[quad[0]] + u * (1 - v) * cage.positions[quad[1]] +
@@ -73,8 +73,8 @@ Rows bendsOf(const PatchNet& net, size_t quads, const Table& at) {
   const auto count = Eigen::Index(net.vertexCount());
   std::vector<Eigen::Triplet<double>> entries;
   for (uint32_t f = 0; f < quads; ++f)
-    for (int i = 0; i < 4; ++i)
-      for (int j = 0; j < 4; ++j) {
+    for (int i = 0; i < kPatchSpans; ++i)
+      for (int j = 0; j < kPatchSpans; ++j) {
         const std::array<uint32_t, 4> c{net.vertex(f, i, j), net.vertex(f, i + 1, j), net.vertex(f, i + 1, j + 1),
                                         net.vertex(f, i, j + 1)};
         for (size_t s = 0; s < 4; ++s) entries.emplace_back(int(c[s]), int(c[(s + 1) & 3]), 1.0);

@@ -80,39 +80,41 @@ PatchNet::PatchNet(const QuadTopology& topology) {
   const auto quads = static_cast<uint32_t>(topology.quads().size());
   const auto corners = static_cast<uint32_t>(topology.vertexCount());
   const auto edges = static_cast<uint32_t>(topology.edges().size());
-  vertices_ = corners + 3 * size_t{edges} + 9 * size_t{quads};
+  constexpr int kInner = 2 * kPatchSpans, kBetween = kPatchSpans - 1;  // control points, vertices of the net
+  vertices_ = corners + kBetween * size_t{edges} + kBetween * kBetween * size_t{quads};
   firstEdge_ = corners;
   grid_.resize(quads);
   patches_.resize(quads);
-  const uint32_t firstInner = corners + 8 * edges;
+  const uint32_t firstInner = corners + kInner * edges;
   for (uint32_t f = 0; f < quads; ++f) {
-    for (int i = 0; i < 8; ++i)
-      for (int j = 0; j < 8; ++j) inner(f, i, j) = firstInner + f * 64 + uint32_t(i * 8 + j);
-    for (int i = 1; i < 4; ++i)
-      for (int j = 1; j < 4; ++j)
-        grid_[f][size_t(i)][size_t(j)] = corners + 3 * edges + 9 * f + uint32_t((i - 1) * 3 + j - 1);
+    for (int i = 0; i < kInner; ++i)
+      for (int j = 0; j < kInner; ++j) inner(f, i, j) = firstInner + f * (kInner * kInner) + uint32_t(i * kInner + j);
+    for (int i = 1; i < kPatchSpans; ++i)
+      for (int j = 1; j < kPatchSpans; ++j)
+        grid_[f][size_t(i)][size_t(j)] =
+            corners + kBetween * edges + kBetween * kBetween * f + uint32_t((i - 1) * kBetween + j - 1);
     for (int s = 0; s < 4; ++s) {
       const uint32_t edge = topology.edgeOf(f, s);
       const bool forward = topology.edges()[edge].quad[0] == f && topology.edges()[edge].side[0] == s;
-      const auto [i, j] = fromCorner(s, 0, 0, 5);
+      const auto [i, j] = fromCorner(s, 0, 0, kPatchSpans + 1);
       grid_[f][size_t(i)][size_t(j)] = topology.quads()[f][size_t(s)];
-      for (int p = 1; p < 4; ++p) {
-        const auto [x, y] = fromCorner(s, p, 0, 5);
-        grid_[f][size_t(x)][size_t(y)] = corners + 3 * edge + uint32_t(forward ? p - 1 : 3 - p);
+      for (int p = 1; p < kPatchSpans; ++p) {
+        const auto [x, y] = fromCorner(s, p, 0, kPatchSpans + 1);
+        grid_[f][size_t(x)][size_t(y)] = corners + kBetween * edge + uint32_t(forward ? p - 1 : kBetween - p);
       }
       const auto [a, b] = fromCorner(s, 0, 0, kPatchPoints);
       patches_[f][size_t(a)][size_t(b)] = topology.quads()[f][size_t(s)];
-      for (int p = 0; p < 8; ++p) {
+      for (int p = 0; p < kInner; ++p) {
         const auto [x, y] = fromCorner(s, p + 1, 0, kPatchPoints);
-        patches_[f][size_t(x)][size_t(y)] = edgePoint(edge, forward ? p : 7 - p);
+        patches_[f][size_t(x)][size_t(y)] = edgePoint(edge, forward ? p : kInner - 1 - p);
       }
     }
   }
 
-  points_.resize(firstInner + 64 * size_t{quads});
+  points_.resize(firstInner + kInner * kInner * size_t{quads});
   for (uint32_t f = 0; f < quads; ++f)
-    for (int i = 0; i < 8; ++i)
-      for (int j = 0; j < 8; ++j) {
+    for (int i = 0; i < kInner; ++i)
+      for (int j = 0; j < kInner; ++j) {
         const int x = i / 2 + (i & 1), y = j / 2 + (j & 1), ox = i / 2 + 1 - (i & 1), oy = j / 2 + 1 - (j & 1);
         const uint32_t own = vertex(f, x, y);
         const double n = own < corners ? double(topology.valence(own)) : 4;
@@ -122,9 +124,9 @@ PatchNet::PatchNet(const QuadTopology& topology) {
       }
   for (uint32_t e = 0; e < edges; ++e) {
     const QuadTopology::Edge& edge = topology.edges()[e];
-    for (int k = 0; k < 8; ++k) {
-      const auto [i, j] = fromCorner(edge.side[0], k, 0, 8);
-      const auto [x, y] = fromCorner(edge.side[1], 7 - k, 0, 8);
+    for (int k = 0; k < kInner; ++k) {
+      const auto [i, j] = fromCorner(edge.side[0], k, 0, kInner);
+      const auto [x, y] = fromCorner(edge.side[1], kInner - 1 - k, 0, kInner);
       points_[edgePoint(e, k)] =
           Sum().add(points_[inner(edge.quad[0], i, j)], 0.5).add(points_[inner(edge.quad[1], x, y)], 0.5).done();
     }
@@ -134,7 +136,7 @@ PatchNet::PatchNet(const QuadTopology& topology) {
     const size_t n = topology.valence(v);
     for (size_t k = 0; k < n; ++k) {
       const QuadTopology::Spoke& spoke = topology.spokes(v)[k];
-      const auto [i, j] = fromCorner(spoke.corner, 0, 0, 8);
+      const auto [i, j] = fromCorner(spoke.corner, 0, 0, kInner);
       sum.add(points_[inner(spoke.quad, i, j)], 1.0 / double(n));
     }
     points_[v] = sum.done();
@@ -147,18 +149,19 @@ PatchNet::PatchNet(const QuadTopology& topology) {
 // it. One tangent plane: a_i + b_i − 2 c_i = (2/3) λ0 e0, (2/9) λ0 e1, 0, 0, where e0, e1 are the differences of the
 // quadratic's control points.
 void PatchNet::correct(const QuadTopology& topology, uint32_t vertex) {
+  constexpr int kInner = 2 * kPatchSpans;
   const size_t n = topology.valence(vertex);
   const QuadTopology::Spoke* spokes = topology.spokes(vertex);
   const Weights c0 = points_[vertex];
   // Control point k of a side, counted from the vertex; and those beside it, in the quads behind and before the edge.
-  const auto side = [&](size_t k, int i) { return edgePoint(spokes[k].edge, spokes[k].outward ? i : 7 - i); };
+  const auto side = [&](size_t k, int i) { return edgePoint(spokes[k].edge, spokes[k].outward ? i : kInner - 1 - i); };
   const auto after = [&](size_t k, int i) {
-    const auto [x, y] = fromCorner(spokes[k].corner, i, 0, 8);
+    const auto [x, y] = fromCorner(spokes[k].corner, i, 0, kInner);
     return inner(spokes[k].quad, x, y);
   };
   const auto before = [&](size_t k, int i) {
     const QuadTopology::Spoke& spoke = spokes[(k + n - 1) % n];
-    const auto [x, y] = fromCorner(spoke.corner, 0, i, 8);
+    const auto [x, y] = fromCorner(spoke.corner, 0, i, kInner);
     return inner(spoke.quad, x, y);
   };
   // Ends of side curves in one plane, as an affine regular polygon.

@@ -11,16 +11,16 @@
 namespace argil::clay {
 
 /// Spans of a patch along each side, and its control points: double knots between spans.
-inline constexpr int kPatchSpans = 4, kPatchPoints = 2 * kPatchSpans + 2;
+inline constexpr int kPatchSpans = 6, kPatchPoints = 2 * kPatchSpans + 2;
 
 /// Control points of the patches of a closed surface, those of sides and corners once. Patch f has control point (a,
-/// b), a along side 0, by index `patches[f][a][b]` of `points`; knots 0 0 0 0 1 1 2 2 3 3 4 4 4 4 along both.
+/// b), a along side 0, by index `patches[f][a][b]` of `points`; knots 0 0 0 0 1 1 2 2 … 6 6 6 6 along both.
 struct PatchSurface {
   QuadMesh cage;
   std::vector<Vec3d> points;  ///< mm.
   using Patch = std::array<std::array<uint32_t, kPatchPoints>, kPatchPoints>;
   std::vector<Patch> patches;
-  /// From 0 to 4 along both.
+  /// From 0 to kPatchSpans along both.
   [[nodiscard]] Vec3d at(uint32_t patch, double u, double v) const;
   struct Tangents {
     Vec3d u, v;
@@ -31,7 +31,7 @@ struct PatchSurface {
 /// Weights of some net vertices that add up to 1.
 using Weights = std::vector<std::pair<uint32_t, double>>;
 
-/// How control points follow from a net: the cage's quads in 4 × 4, whose vertices may stand anywhere. All is linear.
+/// How control points follow from a net: the cage's quads in 6 × 6, whose vertices may stand anywhere. All is linear.
 /// Where four quads meet everywhere around, a patch is the uniform bicubic B-spline of the net, as the limit of
 /// Catmull–Clark is; around a vertex of another valence it is that limit's approximation by Loop and Schaefer (2008)
 /// with the two spans beside it corrected, so that tangent planes are one along every side: side curves are quadratic
@@ -41,7 +41,7 @@ class PatchNet {
   explicit PatchNet(const QuadTopology& topology);
 
   [[nodiscard]] size_t vertexCount() const { return vertices_; }
-  /// Index of a net vertex: 0 to 4 along both sides of a quad.
+  /// Index of a net vertex: 0 to kPatchSpans along both sides of a quad.
   [[nodiscard]] uint32_t vertex(uint32_t quad, int i, int j) const { return grid_[quad][size_t(i)][size_t(j)]; }
   [[nodiscard]] const std::vector<PatchSurface::Patch>& patches() const { return patches_; }
   [[nodiscard]] const std::vector<Weights>& points() const { return points_; }
@@ -51,13 +51,13 @@ class PatchNet {
  private:
   void correct(const QuadTopology& topology, uint32_t vertex);
   uint32_t& inner(uint32_t quad, int i, int j) { return patches_[quad][size_t(i) + 1][size_t(j) + 1]; }
-  uint32_t edgePoint(uint32_t edge, int k) const { return firstEdge_ + edge * 8 + uint32_t(k); }
+  uint32_t edgePoint(uint32_t edge, int k) const { return firstEdge_ + edge * uint32_t(2 * kPatchSpans) + uint32_t(k); }
 
   size_t vertices_ = 0;
   uint32_t firstEdge_ = 0;
-  std::vector<std::array<std::array<uint32_t, 5>, 5>> grid_;
+  std::vector<std::array<std::array<uint32_t, kPatchSpans + 1>, kPatchSpans + 1>> grid_;
   std::vector<PatchSurface::Patch> patches_;
-  std::vector<Weights> points_;  // corners, then eight an edge, then 64 a quad
+  std::vector<Weights> points_;  // corners, then two a span of each edge, then four a span of each quad
 };
 
 }  // namespace argil::clay

@@ -109,9 +109,23 @@ std::string listOf(const std::vector<size_t>& numbers) {
   return out + ")";
 }
 
-constexpr std::string_view kKnots = "(4,2,2,2,4),(0.,1.,2.,3.,4.)";
-constexpr std::string_view kSurfaceKnots = "(4,2,2,2,4),(4,2,2,2,4),(0.,1.,2.,3.,4.),(0.,1.,2.,3.,4.)";
-static_assert(clay::kPatchSpans == 4, "the knots above");
+// Along one side, and along both: how often each knot is there, and where.
+struct Knots {
+  std::string curve, surface;
+};
+const Knots& knots() {
+  static const Knots made = [] {
+    std::string often = "(4", where = "(0.";
+    for (int i = 1; i <= clay::kPatchSpans; ++i) {
+      often += i < clay::kPatchSpans ? ",2" : ",4";
+      where += fmt::format(",{}.", i);
+    }
+    often += ")";
+    where += ")";
+    return Knots{often + "," + where, often + "," + often + "," + where + "," + where};
+  }();
+  return made;
+}
 
 // Faces that hang together, and the volume that they bound: below zero around a cavity.
 struct Shell {
@@ -163,8 +177,8 @@ std::vector<size_t> writeBody(Writer& out, const StepBody& body, double from, do
       const auto [i, j] = clay::fromCorner(edge.side[0], p, 0, clay::kPatchPoints);
       along.push_back(points[surface.patches[edge.quad[0]][size_t(i)][size_t(j)]]);
     }
-    const size_t curve =
-        out.entity("B_SPLINE_CURVE_WITH_KNOTS('',3,{},.UNSPECIFIED.,.F.,.F.,{},.UNSPECIFIED.)", listOf(along), kKnots);
+    const size_t curve = out.entity("B_SPLINE_CURVE_WITH_KNOTS('',3,{},.UNSPECIFIED.,.F.,.F.,{},.UNSPECIFIED.)",
+                                    listOf(along), knots().curve);
     edges.push_back(out.entity("EDGE_CURVE('',#{},#{},#{},.T.)", vertices[edge.from], vertices[edge.to], curve));
   }
   std::vector<size_t> faces;
@@ -176,7 +190,7 @@ std::vector<size_t> writeBody(Writer& out, const StepBody& body, double from, do
       net += (net.size() > 1 ? "," : "") + listOf(numbers);
     }
     const size_t patch = out.entity(
-        "B_SPLINE_SURFACE_WITH_KNOTS('',3,3,{}),.UNSPECIFIED.,.F.,.F.,.F.,{},.UNSPECIFIED.)", net, kSurfaceKnots);
+        "B_SPLINE_SURFACE_WITH_KNOTS('',3,3,{}),.UNSPECIFIED.,.F.,.F.,.F.,{},.UNSPECIFIED.)", net, knots().surface);
     std::vector<size_t> sides;
     for (int s = 0; s < 4; ++s) {
       const uint32_t edge = topology.edgeOf(f, s);

@@ -50,10 +50,10 @@ PatchSurface anyPatches(const QuadMesh& cage, unsigned seed, double shake) {
   std::uniform_real_distribution<double> off(-shake, shake);
   std::vector<Vec3d> at(net.vertexCount());
   for (uint32_t f = 0; f < cage.quads.size(); ++f)
-    for (int i = 0; i <= 4; ++i)
-      for (int j = 0; j <= 4; ++j) {
+    for (int i = 0; i <= kPatchSpans; ++i)
+      for (int j = 0; j <= kPatchSpans; ++j) {
         const auto& q = cage.quads[f];
-        const double u = i / 4.0, v = j / 4.0;
+        const double u = double(i) / kPatchSpans, v = double(j) / kPatchSpans;
         at[net.vertex(f, i, j)] = (1 - u) * (1 - v) * cage.positions[q[0]] + u * (1 - v) * cage.positions[q[1]] +
                                   u * v * cage.positions[q[2]] + (1 - u) * v * cage.positions[q[3]];
       }
@@ -291,8 +291,9 @@ TEST(FitPatches, LieOnABallAndARing) {
   const FittedPatches fitted = fitPatches(ball, 150, 2, WorkPart(nullptr));
   double most = 0;
   for (uint32_t f = 0; f < fitted.surface.patches.size(); ++f)
-    for (double u = 0; u <= 4; u += 0.25)
-      for (double v = 0; v <= 4; v += 0.25) most = std::max(most, std::abs(fitted.surface.at(f, u, v).norm() - 30));
+    for (double u = 0; u <= kPatchSpans; u += 0.25)
+      for (double v = 0; v <= kPatchSpans; v += 0.25)
+        most = std::max(most, std::abs(fitted.surface.at(f, u, v).norm() - 30));
   std::printf("ball of 30 mm, %zu faces: %.4f mm at most; said %.4f, bound %.4f\n", fitted.surface.patches.size(), most,
               fitted.deviation.fromPatches.max, fitted.deviation.boundMm);
   EXPECT_LT(most, 0.015);

@@ -94,7 +94,7 @@ TEST(Step, EverySideIsUsedTwiceAndEverythingNamedIsThere) {
   for (const size_t each : entities.named("EDGE_CURVE")) {
     const std::vector<size_t> ends = Entities::references(entities.all.at(each).second);
     const std::vector<size_t> points = Entities::references(entities.all.at(ends.at(2)).second);
-    ASSERT_EQ(points.size(), 10u);
+    ASSERT_EQ(points.size(), size_t(clay::kPatchPoints));
     EXPECT_EQ(Entities::references(entities.all.at(ends[0]).second).at(0), points.front());
     EXPECT_EQ(Entities::references(entities.all.at(ends[1]).second).at(0), points.back());
   }
