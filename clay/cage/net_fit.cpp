@@ -19,7 +19,7 @@ struct Stage {
 };
 constexpr Stage kStages[] = {{0.3, 1}, {0.05, 0.3}, {0.01, 0.02}, {0.001, 0.02}};
 constexpr double kFar = 2e-4;                      // of the clay's size: what lies off by more counts more,
-constexpr double kMostFar = 20;                    // by its distance, up to so many times
+constexpr double kMostFar = 60;                    // by its distance, up to so many times
 constexpr double kLeastHeld = 0.5, kMostHeld = 8;  // shares of stiffness, by the length of edges
 constexpr int kFootSpan = 2;                       // places along a span that the clay's nearest is looked for among
 constexpr int kSteps = 25;                         // of conjugate gradients a round
