@@ -79,6 +79,10 @@ struct Raster {
   Cells cells{1, 1};
 };
 
+int cellsOf(double length) {
+  return int(std::ceil(std::min(length, 4.0 * kCells))) + 1;
+}
+
 Raster rasterOf(const FlatShape& shape, double angle, double cellMm, double margin) {
   std::vector<Vec2d> places;
   places.reserve(shape.places->size());
@@ -89,9 +93,12 @@ Raster rasterOf(const FlatShape& shape, double angle, double cellMm, double marg
   // Half of the margin around each of two shapes.
   const double around = 0.5 * margin;
   low -= Vec2d::Constant(around);
-  const int width = int(std::ceil(high.x() + around - low.x())) + 1,
-            height = int(std::ceil(high.y() + around - low.y())) + 1;
+  const int width = cellsOf(high.x() + around - low.x()), height = cellsOf(high.y() + around - low.y());
   out.low = low * cellMm;
+  if (std::max(width, height) > kCells) {  // goes in nowhere, and may be of any length
+    out.cells = Cells(kCells + 1, 1);
+    return out;
+  }
   out.cells = Cells(width, height);
   for (const auto& t : *shape.triangles) {
     const std::array<Vec2d, 3> c = {places[t[0]] - low, places[t[1]] - low, places[t[2]] - low};

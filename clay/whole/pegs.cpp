@@ -157,16 +157,32 @@ class Section {
   std::vector<int> vertex_;
 };
 
-// Whether all of a cylinder around a place of the plane is clay.
+// Whether all of a cylinder around a place of the plane is clay: no voxel of it, or half a voxel beside it, is not.
 bool isClay(Sampler& clay, const Vec3d& centre, const Vec3d& n, double radius, double half) {
-  const Vec3d u = n.unitOrthogonal(), v = n.cross(u);
-  const int rings = static_cast<int>(std::ceil(radius)), layers = static_cast<int>(std::ceil(half));
-  for (int k = -layers; k <= layers; ++k)
-    for (int j = -rings; j <= rings; ++j)
-      for (int i = -rings; i <= rings; ++i) {
-        const double x = radius * i / rings, y = radius * j / rings;
-        if (x * x + y * y > radius * radius) continue;
-        if (clay.trilinear(centre + x * u + y * v + half * k / layers * n) >= 0) return false;
+  const double r = radius + 0.5, h = half + 0.5;
+  const Vec3d reach = h * n.cwiseAbs() + r * (Vec3d::Ones() - n.cwiseAbs2()).cwiseMax(0.0).cwiseSqrt();
+  const auto brickAt = [](const Vec3d& p) {
+    const Vec3d at = p.array().floor();
+    return Coord{static_cast<int32_t>(at.x()), static_cast<int32_t>(at.y()), static_cast<int32_t>(at.z())} >>
+           kBrickBits;
+  };
+  const Coord from = brickAt(centre - reach), to = brickAt(centre + reach);
+  const auto within = [&](Coord voxel) {
+    const Vec3d off = voxel.toVec3d() - centre;
+    const double along = off.dot(n);
+    return std::abs(along) <= h && off.squaredNorm() - along * along <= r * r;
+  };
+  for (int bx = from.x; bx <= to.x; ++bx)
+    for (int by = from.y; by <= to.y; ++by)
+      for (int bz = from.z; bz <= to.z; ++bz) {
+        const Coord brick{bx, by, bz};
+        const Slot slot = clay.slot(brick);
+        if (slot.isTile() && slot.tile() == Tile::inside) continue;
+        for (int x = 0; x < kBrickEdge; ++x)
+          for (int y = 0; y < kBrickEdge; ++y)
+            for (int z = 0; z < kBrickEdge; ++z)
+              if (within(brick * kBrickEdge + Coord{x, y, z}) && slot.phi(Brick::offset(x, y, z), clay.band()) >= 0)
+                return false;
       }
   return true;
 }

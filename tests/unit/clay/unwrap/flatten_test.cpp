@@ -168,6 +168,19 @@ TEST(Pack, NoneIsNearerThanTheMarginAndAllAreInside) {
   }
 }
 
+// A needle of 1 : 100 000 beside a star: the square is as wide as it is long, and no more memory is taken for it.
+TEST(Pack, ANeedleGoesIn) {
+  std::mt19937 random(5);
+  Shape needle;
+  needle.places = {{0, 0}, {1e4, 0}, {1e4, 0.1}, {0, 0.1}};
+  needle.triangles = {{0, 1, 2}, {0, 2, 3}};
+  const Shape other = star(random, 3);
+  const std::vector<FlatShape> shapes = {{&other.places, &other.triangles}, {&needle.places, &needle.triangles}};
+  const Packing packing = packed(shapes, 1.0 / 512, WorkPart(nullptr));
+  EXPECT_GT(packing.sideMm, 7000);
+  EXPECT_LT(packing.sideMm, 12000);
+}
+
 // Sixteen squares fill a square but for what margins take.
 TEST(Pack, SquaresLieSideBySide) {
   std::vector<Shape> shapes;
