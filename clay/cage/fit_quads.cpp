@@ -56,21 +56,15 @@ std::vector<Off> offOf(const QuadMesh& mesh, const TriangleMesh& surface, const 
   return out;
 }
 
-double sumOf(const std::vector<Off>& off) {
-  double sum = 0;
-  for (const Off& each : off) sum += each.mm * each.mm;
-  return sum;
-}
-
 }  // namespace
 
 void fitQuads(QuadMesh& mesh, const TriangleMesh& surface, const NearestTriangle& tree, int threads,
               const WorkPart& part) {
   using Sparse = Eigen::SparseMatrix<double>;
   const auto unknowns = static_cast<Eigen::Index>(3 * mesh.positions.size());
-  std::vector<Off> off = offOf(mesh, surface, tree, threads);
   for (int round = 0; round < kRounds; ++round) {
     part.step(double(round) / kRounds);
+    const std::vector<Off> off = offOf(mesh, surface, tree, threads);
     std::vector<Eigen::Triplet<double>> entries;
     Eigen::VectorXd right = Eigen::VectorXd::Zero(unknowns);
     for (size_t f = 0; f < mesh.quads.size(); ++f) {
@@ -102,13 +96,8 @@ void fitQuads(QuadMesh& mesh, const TriangleMesh& surface, const NearestTriangle
     const Eigen::SimplicialLDLT<Sparse> solver(matrix);
     if (solver.info() != Eigen::Success) return;
     const Eigen::VectorXd move = solver.solve(right);
-    QuadMesh moved = mesh;
-    for (size_t v = 0; v < moved.positions.size(); ++v)
-      moved.positions[v] += move.segment<3>(3 * static_cast<Eigen::Index>(v));
-    std::vector<Off> now = offOf(moved, surface, tree, threads);
-    if (!(sumOf(now) < sumOf(off))) return;
-    mesh = std::move(moved);
-    off = std::move(now);
+    for (size_t v = 0; v < mesh.positions.size(); ++v)
+      mesh.positions[v] += move.segment<3>(3 * static_cast<Eigen::Index>(v));
   }
 }
 

@@ -8,8 +8,8 @@
 namespace argil::clay {
 
 /// Moves the vertices of a closed mesh, along the surface hardly, until its quads lie around the surface that `tree`
-/// searches and not only inside it, as those do whose corners are on it: least squares over nine places of each. A
-/// round after which they lie farther off is taken back. Throws Cancelled. Cost: about 0.2 ms a quad. The same for any
+/// searches and not only inside it, as those do whose corners are on it: least squares over nine places of each.
+/// Never farther off in sum than before. Throws Cancelled. Cost: about 0.2 ms a quad. The same for any
 /// count of threads.
 void fitQuads(QuadMesh& mesh, const TriangleMesh& surface, const NearestTriangle& tree, int threads,
               const WorkPart& part);

@@ -331,10 +331,6 @@ class Charts {
       if (count != 1) continue;
       const auto& e = topology_.edges()[open];
       const uint32_t other = e.from == v ? e.to : e.from;
-      // The last one of a closed surface stays open, or there is no boundary.
-      int openThere = 0;
-      for (size_t k = 0; k < topology_.valence(other); ++k) openThere += !joined_[topology_.spokes(other)[k].edge];
-      if (openThere < 2) continue;
       joined_[open] = true;
       todo.push_back(other);
     }
@@ -353,13 +349,11 @@ class Charts {
       while (root[c] != c) c = root[c] = root[root[c]];
       return c;
     };
-    size_t joins = 0;
     for (uint32_t i = 0; i < chart.quads.size(); ++i)
       for (uint32_t s = 0; s < 4; ++s) {
         const uint32_t edge = topology_.edgeOf(chart.quads[i], int(s));
         const auto& e = topology_.edges()[edge];
         if (!joined_[edge] || e.quad[0] != chart.quads[i] || e.side[0] != s) continue;
-        ++joins;
         const uint32_t other = placeOf.at(e.quad[1]), side = e.side[1];
         root[find(4 * i + s)] = find(4 * other + ((side + 1) & 3));
         root[find(4 * i + ((s + 1) & 3))] = find(4 * other + side);
@@ -374,10 +368,8 @@ class Charts {
       }
       chart.vertices[c / 4][c % 4] = vertex;
     }
-    const size_t vertices = chart.disk.positions.size(), edges = 4 * chart.quads.size() - joins;
-    if (vertices + chart.quads.size() != edges + 1) return std::nullopt;
     // One boundary through all that are on one.
-    std::vector<uint32_t> next(vertices, UINT32_MAX);
+    std::vector<uint32_t> next(chart.disk.positions.size(), UINT32_MAX);
     size_t open = 0;
     for (uint32_t i = 0; i < chart.quads.size(); ++i)
       for (uint32_t s = 0; s < 4; ++s)
@@ -393,7 +385,6 @@ class Charts {
       chart.disk.boundary.push_back(at);
     }
     if (at != chart.disk.boundary.front()) return std::nullopt;
-    if (std::set<uint32_t>(chart.disk.boundary.begin(), chart.disk.boundary.end()).size() != open) return std::nullopt;
     for (uint32_t i = 0; i < chart.quads.size(); ++i)
       for (const auto& t : trianglesOf(cornersOf(chart.quads[i])))
         chart.disk.triangles.push_back({chart.vertices[i][t[0]], chart.vertices[i][t[1]], chart.vertices[i][t[2]]});

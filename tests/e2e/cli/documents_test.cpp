@@ -126,7 +126,7 @@ TEST_F(Documents, GoOutForADestination) {
   EXPECT_NEAR(double(seen("c.glb").at("low_mm")[0]) + double(seen("c.glb").at("high_mm")[0]), 0, 0.01);
   EXPECT_EQ(to("f.stl", {"--for", "game"}).code, 2);
   EXPECT_TRUE(has(to("f.stl", {"--for", "game"}).err, "--for game writes .glb"));
-  EXPECT_TRUE(has(to("f.stl", {"--for", "moon"}).err, "slicer, blender, game, web, cad, archive"));
+  EXPECT_TRUE(has(to("f.stl", {"--for", "moon"}).err, "slicer, blender, game, web, textured, cad, archive"));
   ASSERT_EQ(to("g.glb", {"--for", "game", "--reduce", "2000"}).code, 0);
   EXPECT_LE(seen("g.glb").at("triangles"), 2000) << "what is said goes before";
 }

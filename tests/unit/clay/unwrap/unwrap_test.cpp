@@ -135,6 +135,26 @@ TEST(Unwrap, TheSameAgainAndFewerWhereMoreStretchIsAllowed) {
   for (const Chart& each : loose) EXPECT_LE(each.flat.stretch, 1.1);
 }
 
+// A coil of three turns can be unrolled without stretch, but then lies on itself.
+TEST(Unwrap, WhatWouldLieOnItselfIsCut) {
+  Version coil = Version::empty(Store::make(), grid());
+  const auto at = [](int step) {
+    const double angle = step * 0.35;
+    return Vec3d(14 * std::cos(angle), 14 * std::sin(angle), 1.1 * angle);
+  };
+  for (int i = 0; i < 54; ++i) {
+    const Version rod = makeRod(Store::make(), grid(), at(i), at(i + 1), 2);
+    coil = i == 0 ? rod : combine(coil, rod, Combination::join);
+  }
+  const QuadMesh mesh = coarseCage(coil, 600, WorkPart(nullptr)).mesh;
+  for (const Chart& chart : chartsOf(mesh, 1.05, 1, WorkPart(nullptr)))
+    EXPECT_FALSE(crossesItself(chart.flat.places, chart.disk.boundary));
+}
+
+TEST(Unwrap, JoiningEndsWhereThereAreFewEnough) {
+  for (const size_t few : {15, 9}) EXPECT_EQ(chartsOf(meshes()[2], 1.05, few, WorkPart(nullptr)).size(), few);
+}
+
 TEST(Unwrap, WhatIsOpenOrFlatIsRefusedAndCancelledIsLeft) {
   QuadMesh mesh = meshes()[0];
   QuadMesh open = mesh;
@@ -159,6 +179,9 @@ TEST(Unwrap, AQuadIsCutAlongTheDiagonalThatKeepsBothTrianglesUpright) {
   // Corner 2 is drawn in: along 1 to 3 one triangle would be turned over, though that is shorter.
   EXPECT_GT(upright({Vec3d(0, 0, 0), {2, 0, 0}, {0.6, 0.6, 0}, {0, 2, 0}}), 0);
   EXPECT_GT(upright({Vec3d(2, 0, 0), {0.6, 0.6, 0}, {0, 2, 0}, {0, 0, 0}}), 0);
+  // Where either does, the shorter one.
+  const std::array<std::array<uint8_t, 3>, 2> across = {{{1, 2, 3}, {1, 3, 0}}};
+  EXPECT_EQ(trianglesOf({Vec3d(-3, 0, 0), {0, -1, 0}, {3, 0, 0}, {0, 1, 0}}), across);
 }
 
 TEST(FitQuads, FlatQuadsLieAroundTheSurfaceAndNotInsideIt) {
@@ -182,6 +205,35 @@ TEST(FitQuads, FlatQuadsLieAroundTheSurfaceAndNotInsideIt) {
   double mean = 0;
   for (const Vec3d& p : mesh.positions) mean += (p.norm() - 20) / double(mesh.positions.size());
   EXPECT_GT(mean, 0) << "corners stand out a little";
+}
+
+// Whatever it begins with: never farther off than before.
+TEST(FitQuads, NothingBecomesWorse) {
+  const Version thin = combine(makeBlock(Store::make(), grid(), Vec3d::Zero(), {40, 30, 1.5}, 0),
+                               makeSphere(Store::make(), grid(), {0, 0, 8}, 7), Combination::join);
+  const CageMaker maker(thin, 60, 1, WorkPart(nullptr));
+  const QuadMesh cage = maker.make(WorkPart(nullptr)).mesh;
+  const auto off = [&](const QuadMesh& mesh) {
+    double sum = 0;
+    for (size_t f = 0; f < mesh.quads.size(); ++f)
+      for (const double u : {1.0 / 6, 0.5, 5.0 / 6})
+        for (const double v : {1.0 / 6, 0.5, 5.0 / 6}) {
+          const std::array<Vec3d, 4> c = cornersOf(mesh, f);
+          sum += maker.tree()
+                     .nearest((1 - u) * (1 - v) * c[0] + u * (1 - v) * c[1] + u * v * c[2] + (1 - u) * v * c[3])
+                     .squared;
+        }
+    return sum;
+  };
+  std::mt19937 random(3);
+  for (int round = 0; round < 12; ++round) {
+    QuadMesh mesh = cage;
+    std::uniform_real_distribution<double> shake(-2.0 * round, 2.0 * round);
+    for (Vec3d& each : mesh.positions) each += Vec3d(shake(random), shake(random), shake(random));
+    const double before = off(mesh);
+    fitQuads(mesh, maker.surface(), maker.tree(), 1, WorkPart(nullptr));
+    EXPECT_LE(off(mesh), before * (1 + 1e-9)) << round;
+  }
 }
 
 // --- Baking.
