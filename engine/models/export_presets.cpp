@@ -27,7 +27,7 @@ constexpr std::array kPresets{
     ExportPreset{"web", "Web", "glTF of 200 000 triangles at most, packed with Draco: small to send.", kGlb, 200'000,
                  true, true},
     ExportPreset{"textured",
-                 "Textured quads",
+                 "Quads",
                  "glTF of 4 000 quads a piece at most, with the clay's normals and colours as pictures.",
                  kGlb,
                  {},

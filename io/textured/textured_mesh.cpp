@@ -24,6 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
+constexpr const char *kColours = "colour", *kNormals = "normal", *kHeights = "displacement";
 constexpr double kMetre = 1000;  // mm
 constexpr int kUnsignedInt = 5125, kFloat = 5126, kVertices = 34962, kIndices = 34963;
 
@@ -67,6 +68,12 @@ class Names {
   std::set<std::string> names_;
 };
 
+// Of one object's files, without their kind.
+std::string ownName(const fs::path& file, size_t object) {
+  const std::string stem = file.stem().string();
+  return object == 0 ? stem : fmt::format("{}_{}", stem, object + 1);
+}
+
 std::vector<std::string> writeObj(const fs::path& file, std::span<const TexturedObject> objects, Job* job) {
   Together files;
   const fs::path folder = file.parent_path();
@@ -74,7 +81,7 @@ std::vector<std::string> writeObj(const fs::path& file, std::span<const Textured
   std::string materials = "# Written by Argil\n";
   for (size_t i = 0; i < objects.size(); ++i) {
     const TexturedObject& object = objects[i];
-    const std::string own = i == 0 ? stem : fmt::format("{}_{}", stem, i + 1);
+    const std::string own = ownName(file, i);
     materials += fmt::format("newmtl {}\n", own);
     const auto part = [](uint8_t c) { return c / 255.0; };
     materials += object.colours.empty() ? fmt::format("Kd {:.6f} {:.6f} {:.6f}\n", part(object.colour.red),
@@ -86,9 +93,9 @@ std::vector<std::string> writeObj(const fs::path& file, std::span<const Textured
       files.add(folder / name).text({reinterpret_cast<const char*>(png.data()), png.size()});
       materials += fmt::format("{} {}\n", words, name);
     };
-    picture(object.colours, "colour", "map_Kd");
-    picture(object.normals, "normal", "norm");
-    picture(object.heights, "displacement", fmt::format("disp -mm {} {}", -object.heightMm, 2 * object.heightMm));
+    picture(object.colours, kColours, "map_Kd");
+    picture(object.normals, kNormals, "norm");
+    picture(object.heights, kHeights, fmt::format("disp -mm {} {}", -object.heightMm, 2 * object.heightMm));
   }
   files.add(folder / (stem + ".mtl")).text(materials);
 
@@ -107,8 +114,7 @@ std::vector<std::string> writeObj(const fs::path& file, std::span<const Textured
   for (size_t i = 0; i < objects.size(); ++i) {
     if (job) job->step(double(i) / double(objects.size()));
     const TexturedObject& object = objects[i];
-    out.text(
-        fmt::format("o {}\nusemtl {}\n", names.of(object.name), i == 0 ? stem : fmt::format("{}_{}", stem, i + 1)));
+    out.text(fmt::format("o {}\nusemtl {}\n", names.of(object.name), ownName(file, i)));
     std::vector<Vec3d> normals(object.mesh.positions.size(), Vec3d::UnitZ());
     for (size_t k = 0; k < object.frames.vertices.size(); ++k)
       normals[object.frames.vertices[k]] = object.frames.normals[k];
@@ -254,6 +260,14 @@ class Glb {
 bool holdsTextures(const fs::path& file) {
   const std::string ending = endingOf(file);
   return ending == ".obj" || ending == ".glb";
+}
+
+std::vector<std::string> texturedNames(const fs::path& file, size_t objects) {
+  std::vector<std::string> names = {file.stem().string() + ".mtl"};
+  for (size_t i = 0; i < objects; ++i)
+    for (const char* what : {kColours, kNormals, kHeights})
+      names.push_back(fmt::format("{}_{}.png", ownName(file, i), what));
+  return names;
 }
 
 std::vector<std::string> writeTextured(const fs::path& file, std::span<const TexturedObject> objects, Job* job) {

@@ -29,6 +29,9 @@ struct TexturedObject {
 /// Whether a file of this ending can hold them: .obj, .glb.
 [[nodiscard]] bool holdsTextures(const std::filesystem::path& file);
 
+/// Names of the files that may come beside an OBJ of so many objects.
+[[nodiscard]] std::vector<std::string> texturedNames(const std::filesystem::path& file, size_t objects);
+
 /// OBJ: quads, with NAME.mtl and the pictures beside it (NAME_colour.png, NAME_normal.png, NAME_displacement.png; from
 /// the second object on with its number). GLB: triangles, pictures inside, without the heights, which glTF has no word
 /// for. All files or none, but for a power cut between them. Gives the names of the files. Throws Error, Cancelled.

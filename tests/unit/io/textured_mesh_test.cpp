@@ -105,6 +105,10 @@ TEST_F(TexturedFile, ObjHasQuadsAndItsPicturesBesideIt) {
   EXPECT_THAT(writeTextured(folder_ / "out.obj", objects),
               ElementsAre("out_colour.png", "out_normal.png", "out_displacement.png", "out_2_colour.png",
                           "out_2_normal.png", "out_2_displacement.png", "out.mtl", "out.obj"));
+  std::vector<std::string> beside = texturedNames(folder_ / "out.obj", 2), there = names(folder_.path());
+  beside.push_back("out.obj");
+  std::sort(beside.begin(), beside.end());
+  EXPECT_EQ(beside, there);
   EXPECT_EQ(slurp(folder_ / "out_2_normal.png"), text(box_->normals));
   const std::string material = slurp(folder_ / "out.mtl");
   EXPECT_THAT(material, HasSubstr("newmtl out\n"));

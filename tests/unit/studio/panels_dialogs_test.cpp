@@ -204,6 +204,27 @@ TEST_F(Dialogs, ExportWritesWhatIsChosenAndAsksBeforeItWritesOver) {
   EXPECT_FALSE(rig.state.shown.exporting);
 }
 
+TEST_F(Dialogs, QuadsComeWithTheirPicturesAndNoneIsWrittenOverUnasked) {
+  rig.bench.addBlock(Vec3d(10, 10, 10), 1, {.voxelMm = 1});
+  rig.until([&] { return pieces() == 1; }, "a block");
+  rig.run("file.export.stl");
+  fillIn("Export", "##folder", folder.string());
+  fillIn("Export", "##name", "cube");
+  press("Export", "Quads");  // what it is for: GLB
+  press("Export", "glTF binary");
+  press("Export", "OBJ");
+  std::ofstream(folder / "cube_normal.png") << "somebody's own";
+  press("Export", "Export");
+  EXPECT_TRUE(rig.state.shown.exporting) << "wrote over a picture without asking";
+  EXPECT_EQ(fs::file_size(folder / "cube_normal.png"), 14u);
+  rig.frames(2);
+  press("Export", "Write over");
+  rig.until([&] { return fs::exists(folder / "cube.obj") && rig.bench.jobs().empty(); }, "quads");
+  EXPECT_GT(fs::file_size(folder / "cube_normal.png"), 100u);
+  EXPECT_TRUE(fs::exists(folder / "cube.mtl"));
+  EXPECT_FALSE(fs::exists(folder / "cube.glb"));
+}
+
 TEST_F(Dialogs, AFolderIsChosenWithinTheExport) {
   rig.bench.addBlock(Vec3d(10, 10, 10), 1, {.voxelMm = 1});
   rig.until([&] { return pieces() == 1; }, "a block");

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/models/export_presets.h"
+#include "io/textured/textured_mesh.h"
 #include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/panels/memory.h"
 
@@ -12,6 +13,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr size_t kColumns = 4;
+constexpr int kQuads = 3;  // ExportChoice::reduce
+constexpr std::array kPixels = {0, 1024, 2048, 4096};
 
 // The formats as switches; what the last one that is on is for, or what all have in common.
 void formats(ExportChoice& choice) {
@@ -54,7 +57,10 @@ void destinations(ExportChoice& choice) {
     if (&preset != presets.data()) ImGui::SameLine();
     if (kit::button(preset.name, kit::Weight::plain, each)) {
       choice.endings = {preset.endings.begin(), preset.endings.end()};
-      choice.reduce = preset.triangles ? 1 : 0;
+      choice.reduce = preset.triangles ? 1 : preset.quads ? kQuads : 0;
+      if (preset.quads) choice.quads = double(*preset.quads);
+      for (size_t i = 0; preset.quads && i < kPixels.size(); ++i)
+        if (kPixels[i] == preset.texturePixels) choice.textures = int(i);
       if (preset.triangles) choice.thousandTriangles = double(*preset.triangles) / 1000;
       choice.recentre = preset.recentre;
       if (choice.recentre) choice.putBack = false;
@@ -66,7 +72,7 @@ void destinations(ExportChoice& choice) {
 }
 
 void reduction(ExportChoice& choice) {
-  static constexpr std::array<std::string_view, 3> kHow{"All triangles", "To a count", "Within an error"};
+  static constexpr std::array<std::string_view, 4> kHow{"All", "To a count", "Within an error", "Quads"};
   kit::dimText("Triangles");
   kit::segmented("reduce", kHow, choice.reduce);
   if (choice.reduce == 1)
@@ -75,6 +81,14 @@ void reduction(ExportChoice& choice) {
   if (choice.reduce == 2)
     kit::number({"error", "Error at most", "Of the surface, measured both ways.", "mm", 0.0005, 10, 0.05, true},
                 choice.errorMm);
+  if (choice.reduce != kQuads) return;
+  kit::number({"quads", "At most", "Of each piece; the error is told.", "quads", 24, 100000, 4000, true}, choice.quads);
+  static constexpr std::array<std::string_view, 4> kTextures{"None", "1024", "2048", "4096"};
+  kit::dimText("Textures: the clay's normals, colours and heights, pixels a side");
+  kit::segmented("textures", kTextures, choice.textures);
+  if (std::any_of(choice.endings.begin(), choice.endings.end(),
+                  [](const std::string& ending) { return !io::holdsTextures("a" + ending); }))
+    kit::wrapped("OBJ and GLB alone hold quads with textures: other files get all triangles.", colours().warning);
 }
 
 // Why it cannot be written; empty: it can.
@@ -102,6 +116,10 @@ engine::ModelExport optionsOf(const Context& context, const ExportChoice& choice
   options.grade = choice.surface == 0 ? clay::Grade::fine : clay::Grade::draft;
   if (choice.reduce == 1) options.triangles = uint64_t(std::llround(1000 * choice.thousandTriangles));
   if (choice.reduce == 2) options.errorMm = choice.errorMm;
+  if (choice.reduce == kQuads) {
+    options.quads = size_t(std::llround(choice.quads));
+    options.texturePixels = kPixels[size_t(choice.textures)];
+  }
   options.recentre = choice.recentre;
   options.putBack = choice.putBack && cameFromElsewhere(context);
   options.draco = choice.draco;
@@ -117,11 +135,17 @@ std::vector<fs::path> filesOf(const ExportChoice& choice) {
   return files;
 }
 
-std::vector<std::string> existing(const std::vector<fs::path>& files) {
+// Files that would be written over, with those that come beside an OBJ of quads.
+std::vector<std::string> existing(const std::vector<fs::path>& files, const ExportChoice& choice, size_t pieces) {
   std::vector<std::string> names;
   std::error_code ignored;
-  for (const fs::path& file : files)
-    if (fs::exists(file, ignored)) names.push_back(file.filename().string());
+  for (const fs::path& file : files) {
+    std::vector<fs::path> all = {file};
+    if (choice.reduce == kQuads && file.extension() == ".obj")
+      for (const std::string& name : io::texturedNames(file, pieces)) all.push_back(file.parent_path() / name);
+    for (const fs::path& each : all)
+      if (fs::exists(each, ignored)) names.push_back(each.filename().string());
+  }
   return names;
 }
 
@@ -169,7 +193,7 @@ void drawExport(Context& context, Memory& memory) {
   const std::string problem = problemOf(context, choice);
   if (!problem.empty()) kit::wrapped(problem, colours().warning);
   const std::vector<fs::path> files = filesOf(choice);
-  const std::vector<std::string> there = existing(files);
+  const std::vector<std::string> there = existing(files, choice, context.now.document->pieces.size());
   const bool asking = !choice.existing.empty() && choice.existing == there;
   if (asking) {
     std::string names;

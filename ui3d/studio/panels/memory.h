@@ -67,8 +67,9 @@ enum class FilesFor : uint8_t { none, open, import, folder, save, copy, picture,
 struct ExportChoice {
   std::set<std::string, std::less<>> endings{".3mf"};
   int what = 0;    ///< 0 what is visible, 1 every piece, 2 the selected one.
-  int reduce = 0;  ///< 0 no, 1 to a count, 2 within an error.
-  double thousandTriangles = 200, errorMm = 0.05;
+  int reduce = 0;  ///< 0 no, 1 to a count, 2 within an error, 3 quads.
+  double thousandTriangles = 200, errorMm = 0.05, quads = 4000;
+  int textures = 2;  ///< Pictures on quads: 0 none, then 1024, 2048, 4096 pixels.
   int surface = 0;  ///< 0 fine, 1 draft.
   bool recentre = false, putBack = false, draco = false;
   std::string folder, name;
