@@ -51,10 +51,10 @@ void formats(ExportChoice& choice) {
 void destinations(ExportChoice& choice) {
   kit::dimText("For");
   const std::span<const engine::ExportPreset> presets = engine::exportPresets();
-  const float gaps = float(presets.size() - 1) * kGap;
-  const float each = std::floor((ImGui::GetContentRegionAvail().x - gaps) / float(presets.size()));
+  const float each = std::floor((ImGui::GetContentRegionAvail().x - float(kColumns - 1) * kGap) / float(kColumns));
+  size_t shown = 0;
   for (const engine::ExportPreset& preset : presets) {
-    if (&preset != presets.data()) ImGui::SameLine();
+    if (shown++ % kColumns > 0) ImGui::SameLine();
     if (kit::button(preset.name, kit::Weight::plain, each)) {
       choice.endings = {preset.endings.begin(), preset.endings.end()};
       choice.reduce = preset.triangles ? 1 : preset.quads ? kQuads : 0;
@@ -69,6 +69,13 @@ void destinations(ExportChoice& choice) {
     }
     kit::tooltip(preset.help);
   }
+}
+
+// Quads are made anew where they lie, and not packed.
+bool quadsAlone(const ExportChoice& choice) {
+  return choice.reduce == kQuads &&
+         std::all_of(choice.endings.begin(), choice.endings.end(),
+                     [](const std::string& ending) { return io::holdsTextures("a" + ending); });
 }
 
 void reduction(ExportChoice& choice) {
@@ -86,8 +93,7 @@ void reduction(ExportChoice& choice) {
   static constexpr std::array<std::string_view, 4> kTextures{"None", "1024", "2048", "4096"};
   kit::dimText("Textures: the clay's normals, colours and heights, pixels a side");
   kit::segmented("textures", kTextures, choice.textures);
-  if (std::any_of(choice.endings.begin(), choice.endings.end(),
-                  [](const std::string& ending) { return !io::holdsTextures("a" + ending); }))
+  if (!quadsAlone(choice))
     kit::wrapped("OBJ and GLB alone hold quads with textures: other files get all triangles.", colours().warning);
 }
 
@@ -168,13 +174,14 @@ void drawExport(Context& context, Memory& memory) {
   kit::dimText("Surface");
   kit::segmented("surface", kGrades, choice.surface);
   reduction(choice);
-  if (kit::toggle("Move it to zero", choice.recentre, "Numbers of 32 bits, as most formats have, are finest there.") &&
+  if (!quadsAlone(choice) &&
+      kit::toggle("Move it to zero", choice.recentre, "Numbers of 32 bits, as most formats have, are finest there.") &&
       choice.recentre)
     choice.putBack = false;
   if (cameFromElsewhere(context) &&
       kit::toggle("Where its file had it", choice.putBack, "Import moved it: this undoes that.") && choice.putBack)
     choice.recentre = false;
-  if (choice.endings.contains(".glb") || choice.endings.contains(".gltf"))
+  if (!quadsAlone(choice) && (choice.endings.contains(".glb") || choice.endings.contains(".gltf")))
     kit::toggle("Pack glTF with Draco", choice.draco, "A tenth of the size; fewer programs can open it.");
   kit::dimText("Name and folder");
   bool asked = kit::textField("##name", choice.name, 0, "Name without ending", ImGui::IsWindowAppearing()) &&
