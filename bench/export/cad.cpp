@@ -100,16 +100,6 @@ struct Peer {
   Deviation off;
 };
 
-TriangleMesh trianglesOf(const QuadMesh& mesh) {
-  TriangleMesh out;
-  out.positions = mesh.positions;
-  for (const auto& q : mesh.quads)
-    for (const auto& t :
-         clay::trianglesOf({mesh.positions[q[0]], mesh.positions[q[1]], mesh.positions[q[2]], mesh.positions[q[3]]}))
-      out.triangles.push_back({q[t[0]], q[t[1]], q[t[2]]});
-  return out;
-}
-
 // None without Blender.
 std::optional<Peer> byPeer(const TriangleMesh& surface, size_t quads, const fs::path& folder) {
   if (!fs::exists(kBlender)) return std::nullopt;

@@ -549,6 +549,16 @@ std::array<std::array<uint8_t, 3>, 2> trianglesOf(const std::array<Vec3d, 4>& c)
   return {{{1, 2, 3}, {1, 3, 0}}};
 }
 
+TriangleMesh trianglesOf(const QuadMesh& mesh) {
+  TriangleMesh out;
+  out.positions = mesh.positions;
+  for (const auto& q : mesh.quads)
+    for (const auto& t :
+         trianglesOf({mesh.positions[q[0]], mesh.positions[q[1]], mesh.positions[q[2]], mesh.positions[q[3]]}))
+      out.triangles.push_back({q[t[0]], q[t[1]], q[t[2]]});
+  return out;
+}
+
 std::vector<Chart> chartsOf(const QuadMesh& mesh, double stretch, size_t few, const WorkPart& part) {
   return Charts(mesh, stretch).make(few, part);
 }

@@ -26,16 +26,6 @@ namespace argil::engine {
 
 namespace {
 
-clay::TriangleMesh trianglesOf(const clay::QuadMesh& mesh) {
-  clay::TriangleMesh out;
-  out.positions = mesh.positions;
-  for (const auto& q : mesh.quads)
-    for (const auto& t :
-         clay::trianglesOf({mesh.positions[q[0]], mesh.positions[q[1]], mesh.positions[q[2]], mesh.positions[q[3]]}))
-      out.triangles.push_back({q[t[0]], q[t[1]], q[t[2]]});
-  return out;
-}
-
 // sRGB between the corners of a triangle of the clay's surface.
 std::array<uint8_t, 3> colourAt(const clay::TriangleMesh& surface, const std::vector<io::Colour>& colours,
                                 uint32_t triangle, const Vec3d& at) {
@@ -63,7 +53,7 @@ io::TexturedObject objectOf(const Piece& piece, const ModelExport& what, const c
   clay::fitQuads(out.mesh, maker.surface(), maker.tree(), threads, part.part(0.5, 0.55));
   out.map = clay::unwrapped(out.mesh, {}, part.part(0.55, 0.8));
   out.frames = clay::framesOf(out.mesh, out.map);
-  const clay::Deviation off = clay::deviation(maker.surface(), trianglesOf(out.mesh), job);
+  const clay::Deviation off = clay::deviation(maker.surface(), clay::trianglesOf(out.mesh), job);
   sentences.push_back(fmt::format(
       "{}: {} quads; {:.2g} mm RMS off the clay, {:.2g} at most; {} charts on {:.0f} % of the picture, stretched by "
       "{:.1f} %.",

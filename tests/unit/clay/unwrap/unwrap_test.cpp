@@ -188,14 +188,7 @@ TEST(FitQuads, FlatQuadsLieAroundTheSurfaceAndNotInsideIt) {
   const Version ball = makeSphere(Store::make(), grid(), Vec3d::Zero(), 20);
   const CageMaker maker(ball, 150, 1, WorkPart(nullptr));
   QuadMesh mesh = maker.make(WorkPart(nullptr)).mesh;
-  const auto rms = [&](const QuadMesh& quads) {
-    TriangleMesh triangles;
-    triangles.positions = quads.positions;
-    for (size_t f = 0; f < quads.quads.size(); ++f)
-      for (const auto& t : trianglesOf(cornersOf(quads, f)))
-        triangles.triangles.push_back({quads.quads[f][t[0]], quads.quads[f][t[1]], quads.quads[f][t[2]]});
-    return deviation(maker.surface(), triangles).rmsMm;
-  };
+  const auto rms = [&](const QuadMesh& quads) { return deviation(maker.surface(), trianglesOf(quads)).rmsMm; };
   const double before = rms(mesh);
   QuadMesh two = mesh;
   fitQuads(mesh, maker.surface(), maker.tree(), 1, WorkPart(nullptr));
