@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "clay/base/error.h"
 #include "clay/cage/coarsen_quads.h"
@@ -29,6 +30,23 @@ constexpr double kSmallest = 0.5, kLargest = 1.25;              // times the siz
 int64_t shapeOf(uint64_t vertices, uint64_t quads) {
   // Each quad has two edges of its own.
   return (static_cast<int64_t>(vertices) - static_cast<int64_t>(quads)) / 2;
+}
+
+// Sets of quads that hang together.
+size_t bodiesOf(const QuadMesh& mesh) {
+  std::vector<uint32_t> root(mesh.positions.size());
+  std::iota(root.begin(), root.end(), 0u);
+  const auto find = [&](uint32_t v) {
+    while (root[v] != v) v = root[v] = root[root[v]];
+    return v;
+  };
+  size_t bodies = root.size();
+  for (const auto& quad : mesh.quads)
+    for (size_t s = 1; s < 4; ++s) {
+      const uint32_t a = find(quad[0]), b = find(quad[s]);
+      if (a != b) root[a] = b, --bodies;
+    }
+  return bodies;
 }
 
 // How far the clay goes on below each vertex, mm, up to `most`.
@@ -78,6 +96,7 @@ CageMaker::CageMaker(const Version& version, size_t most, int threads, const Wor
   surface_ = own.toMesh();
   tree_.emplace(surface_);
   shape_ = shapeOf(own.vertexCount(), own.quadCount());
+  const size_t bodies = bodiesOf(quadsOf(own));
   const double area = areaOf(version);  // voxel faces
   even_ = std::sqrt(area / double(most)) * grid.voxelMm;
   finest_ = kFinest * grid.voxelMm;
@@ -100,9 +119,10 @@ CageMaker::CageMaker(const Version& version, size_t most, int threads, const Wor
     Surface surface(false);
     surface.update(resample(version, coarse, Eigen::Isometry3d::Identity(), threads), threads);
     part.step(0.8);
+    // Neither a body for a handle: a lost crumb and a closed hole would add up to the same.
     if (shapeOf(surface.vertexCount(), surface.quadCount()) != shape_) continue;
     fine_ = quadsOf(surface);
-    break;
+    if (bodiesOf(fine_) == bodies) break;
   }
   part.step(1);
 }

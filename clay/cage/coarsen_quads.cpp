@@ -13,6 +13,7 @@ namespace {
 constexpr double kUneven = 0.12;  // of a diagonal's length: what nearness to four quads a vertex counts
 constexpr double kLeastFactor = 0.4;
 constexpr double kLeastFacing = 0.2;  // cosine between a quad's corner and the surface there
+constexpr double kLeastEdge = 0.1;    // of the finest: evening out makes none shorter than that
 constexpr int kAtTheEnd = 20;         // rounds that make edges even
 constexpr size_t kStepEach = 512;
 // How far the middle of an edge or of a quad may lie off the surface, of its length; the next one where no collapse is
@@ -168,6 +169,13 @@ class Coarsener {
     return true;
   }
 
+  // Of the edges to what was put into `beside_`.
+  double shortestAt(uint32_t v) const {
+    double shortest = INFINITY;
+    for (const uint32_t each : beside_) shortest = std::min(shortest, (web_.at(each) - web_.at(v)).norm());
+    return shortest;
+  }
+
   // Edges of one length in proportion to the sizes pull by as much.
   void relax(uint32_t v) {
     web_.beside(v, beside_);
@@ -181,10 +189,11 @@ class Coarsener {
     const Vec3d was = web_.at(v), normal = normals_[v];
     const double size = size_[v];
     const int before = facing(v);
+    const double shortest = shortestAt(v);
     const Vec3d mean = sum / weights;
     place(v, was + 0.5 * (mean - was));
-    // What folds a quad, or draws one through the clay, does not stay.
-    bool worse = facing(v) < before;
+    // What folds a quad, draws one through the clay, or lets a body of few quads shrink to a point, does not stay.
+    bool worse = facing(v) < before || shortestAt(v) < std::min(shortest, kLeastEdge * finest_);
     if (const double now = worse ? 0 : offAround(v, web_.at(v)); now > 1) worse = now > offAround(v, was);
     if (worse) {
       web_.move(v, was);

@@ -26,6 +26,7 @@ constexpr int kTryRounds = 12, kLastRounds = 60;                         // of l
 // together.
 constexpr double kPartFilled = 0.7;
 constexpr double kLeastHeight = 1e-5;  // of a triangle's side
+constexpr double kLeastSide = 1e-4;    // of a mean quad's
 struct Step {
   double stretch, filled, share;
 };
@@ -40,21 +41,23 @@ double turn(const Vec2d& a, const Vec2d& b, const Vec2d& c) {
   return (b - a).x() * (c - a).y() - (b - a).y() * (c - a).x();
 }
 
-// Two triangles beside each other keep all their lengths. What has no height gets a little.
-FlatDisk unfolded(const SurfaceDisk& disk) {
+// Two triangles beside each other keep all their lengths; what has no length or no height gets a little.
+FlatDisk unfolded(const SurfaceDisk& disk, double least) {
   FlatDisk flat;
   flat.places.resize(disk.positions.size());
+  const auto lengthOf = [&](uint32_t a, uint32_t b) {
+    return std::max(least, (disk.positions[b] - disk.positions[a]).norm());
+  };
   // The third corner, to the left of the way from one to another.
   const auto third = [&](uint32_t a, uint32_t b, uint32_t c) -> Vec2d {
     const Vec3d way = disk.positions[b] - disk.positions[a], other = disk.positions[c] - disk.positions[a];
-    const double length = way.norm(), along = other.dot(way) / length;
+    const double length = lengthOf(a, b), along = other.dot(way) / length;
     const double up = std::max(way.cross(other).norm() / length, kLeastHeight * length);
     const Vec2d x = (flat.places[b] - flat.places[a]).normalized();
     return flat.places[a] + along * x + up * Vec2d(-x.y(), x.x());
   };
   const auto &one = disk.triangles[0], &other = disk.triangles[1];
-  flat.places[one[1]] = {(disk.positions[one[1]] - disk.positions[one[0]]).norm(), 0};
-  if (!(flat.places[one[1]].x() > 0)) throw Error("a quad without an area cannot be laid flat");
+  flat.places[one[1]] = {lengthOf(one[0], one[1]), 0};
   flat.places[one[2]] = third(one[0], one[1], one[2]);
   for (size_t s = 0; s < 3; ++s)
     if (std::find(one.begin(), one.end(), other[(s + 2) % 3]) == one.end())
@@ -97,6 +100,9 @@ class Charts {
       size_.push_back(area.norm());
       normal_.push_back(size_.back() > 0 ? Vec3d(area / size_.back()) : Vec3d::UnitZ());
     }
+    const double whole = std::accumulate(size_.begin(), size_.end(), 0.0);
+    if (!(whole > 0)) throw Error("a mesh without an area cannot be laid flat");
+    least_ = kLeastSide * std::sqrt(whole / double(size_.size()));
   }
 
   std::vector<Chart> make(size_t few, const WorkPart& part) {
@@ -112,6 +118,7 @@ class Charts {
       if (each) out.push_back(std::move(*each));
     for (Chart& each : out) {
       part.step(0.9);
+      if (each.quads.size() == 1) continue;  // it has its lengths
       auto flat = laidFlat(each.disk, kLastRounds);
       if (flat && flat->stretch <= each.flat.stretch && !crossesItself(flat->places, each.disk.boundary))
         each.flat = std::move(*flat);
@@ -252,7 +259,7 @@ class Charts {
   void addFlat(std::vector<uint32_t> quads) {
     joinAsDisk(quads);
     std::optional<Chart> chart = chartOf(quads);
-    if (chart && quads.size() == 1) chart->flat = unfolded(chart->disk);
+    if (chart && quads.size() == 1) chart->flat = unfolded(chart->disk, least_);
     if (chart && (quads.size() == 1 || layFlat(*chart, {stretch_, quads.size() < 4 ? 0 : kPartFilled, 1}))) {
       for (const uint32_t f : quads) chartOf_[f] = static_cast<uint32_t>(charts_.size());
       charts_.push_back(std::move(chart));
@@ -391,7 +398,11 @@ class Charts {
     return chart;
   }
 
-  static bool layFlat(Chart& chart, const Step& asked) {
+  // Sides that are next to nothing are left to quads that stay alone: numbers do not suffice for them.
+  bool layFlat(Chart& chart, const Step& asked) const {
+    for (const auto& t : chart.disk.triangles)
+      for (size_t s = 0; s < 3; ++s)
+        if ((chart.disk.positions[t[s]] - chart.disk.positions[t[(s + 1) % 3]]).norm() < least_) return false;
     auto flat = laidFlat(chart.disk, kTryRounds);
     if (!flat || !(flat->stretch <= asked.stretch) || filledOf(chart.disk, *flat) < asked.filled ||
         crossesItself(flat->places, chart.disk.boundary))
@@ -524,7 +535,7 @@ class Charts {
   }
 
   const QuadMesh& mesh_;
-  double stretch_;
+  double stretch_, least_ = 0;
   QuadTopology topology_;
   std::vector<bool> joined_;
   std::vector<Vec3d> normal_, facing_;

@@ -332,6 +332,21 @@ TEST(FitPatches, AreTheSameForAnyCountOfThreads) {
   EXPECT_EQ(one.deviation.fromClay.max, three.deviation.fromClay.max);
 }
 
+// A body of some voxels beside one of thousands keeps its size: it is not evened out into a point.
+TEST(CoarseCage, CrumbsStayBodies) {
+  const Version crumbs =
+      combine(makeSphere(Store::make(), grid(), Vec3d::Zero(), 20),
+              combine(makeSphere(Store::make(), grid(), {25, 3, 1}, 0.9),
+                      makeBlock(Store::make(), grid(), {-27, 0, 4}, {1.5, 1, 1}, 0), Combination::join),
+              Combination::join);
+  const QuadMesh mesh = coarseCage(crumbs, 100, WorkPart(nullptr)).mesh;
+  double shortest = INFINITY;
+  for (const auto& q : mesh.quads)
+    for (size_t s = 0; s < 4; ++s)
+      shortest = std::min(shortest, (mesh.positions[q[s]] - mesh.positions[q[(s + 1) & 3]]).norm());
+  EXPECT_GT(shortest, 1e-3) << "without the rule 3e-7";
+}
+
 // What is said of a surface that lies off is that it does.
 TEST(PatchDeviation, SeesBothWays) {
   const Version ball = makeSphere(Store::make(), grid(), Vec3d::Zero(), 20);

@@ -155,17 +155,36 @@ TEST(Unwrap, JoiningEndsWhereThereAreFewEnough) {
   for (const size_t few : {15, 9}) EXPECT_EQ(chartsOf(meshes()[2], 1.05, few, WorkPart(nullptr)).size(), few);
 }
 
-TEST(Unwrap, WhatIsOpenOrFlatIsRefusedAndCancelledIsLeft) {
+TEST(Unwrap, WhatIsOpenOrAPointIsRefusedAndCancelledIsLeft) {
   QuadMesh mesh = meshes()[0];
   QuadMesh open = mesh;
   open.quads.pop_back();
   EXPECT_THROW((void)unwrapped(open, {}, WorkPart(nullptr)), Error);
-  QuadMesh flat = mesh;
-  for (const uint32_t v : flat.quads[0]) flat.positions[v] = Vec3d::Zero();
-  EXPECT_THROW((void)unwrapped(flat, {}, WorkPart(nullptr)), Error);
+  QuadMesh point = mesh;
+  for (Vec3d& each : point.positions) each = Vec3d::Zero();
+  EXPECT_THROW((void)unwrapped(point, {}, WorkPart(nullptr)), Error);
   Job job;
   job.cancel();
   EXPECT_THROW((void)unwrapped(mesh, {}, WorkPart(&job)), Cancelled);
+}
+
+// Quads drawn together into a point or a line: they take no room, and the rest is as it was.
+TEST(Unwrap, QuadsWithoutAnAreaDoNoHarm) {
+  for (const double keep : {0.0, 1e-15, 1e-6}) {
+    QuadMesh mesh = meshes()[2];
+    const Vec3d at = mesh.positions[mesh.quads[7][0]];
+    for (const uint32_t v : mesh.quads[7]) mesh.positions[v] = at + keep * (mesh.positions[v] - at);
+    const uint32_t from = mesh.quads[60][0];
+    mesh.positions[mesh.quads[60][1]] = mesh.positions[from];
+    const UvMap map = unwrapped(mesh, {}, WorkPart(nullptr));
+    EXPECT_GT(map.covered, 0.4);
+    EXPECT_LT(map.stretch, 1.06);
+    for (const Vec2d& each : map.places) {
+      ASSERT_TRUE(each.allFinite());
+      ASSERT_GE(each.minCoeff(), 0);
+      ASSERT_LE(each.maxCoeff(), 1);
+    }
+  }
 }
 
 // Of any quad, bent or not convex: two triangles that make it up and lie on its side, where that is possible.
