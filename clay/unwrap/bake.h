@@ -34,7 +34,7 @@ struct BakedPictures {
 /// For each pixel of the mesh the place of the clay that its normal meets first, either way. Around charts the pictures
 /// go on with what is nearest, so that nothing shines through at seams. `surface`, which `tree` searches: the clay's.
 /// `colourAt`: sRGB at a place in a triangle of it; may be null. The same for any count of threads. Throws Cancelled.
-/// Cost: about 2 µs a pixel and thread.
+/// Cost: half a µs a pixel of the mesh and thread, 1.3 with colours.
 [[nodiscard]] BakedPictures baked(
     const Version& version, const TriangleMesh& surface, const NearestTriangle& tree, const QuadMesh& mesh,
     const UvMap& map, int pixels,

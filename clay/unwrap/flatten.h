@@ -31,7 +31,7 @@ struct FlatDisk {
 
 /// Lays a disk flat without a fold: first inside a circle (Tutte 1963), then as near to its lengths as it comes
 /// (symmetric Dirichlet energy; Rabinovich and others 2017). None where numbers do not suffice: parts that are long and
-/// thin vanish in the circle. Cost: `rounds` times a sparse solve, some 10 µs a triangle. One thread.
+/// thin vanish in the circle. Cost: about 1 µs a triangle and round. One thread.
 [[nodiscard]] std::optional<FlatDisk> laidFlat(const SurfaceDisk& disk, int rounds);
 
 /// Does the outline pass over itself? An outline that does not, around triangles without a fold, has nothing that lies

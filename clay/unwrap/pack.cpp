@@ -1,5 +1,7 @@
 #include "clay/unwrap/pack.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -9,6 +11,8 @@
 #include <optional>
 #include <random>
 
+#include "clay/base/error.h"
+
 namespace argil::clay {
 
 namespace {
@@ -17,6 +21,7 @@ constexpr int kCells = 512;                                             // of th
 constexpr int kTurns = 8;                                               // of each shape
 constexpr int kOrders = 8;                                              // tried before a side counts as too small
 constexpr double kLarger = 1.08, kFirstStep = 0.04, kLastStep = 0.003;  // of sides, one after the other
+constexpr double kHopeless = 1e6;                                       // times the side of a square of their area
 
 // Cells in rows of 64-bit words.
 class Cells {
@@ -203,6 +208,7 @@ Packing packed(const std::vector<FlatShape>& shapes, double margin, const WorkPa
     area += shape.area;
     all.push_back(shape);
   }
+  if (!(area > 0) || !std::isfinite(area)) throw Error("shapes without an area cannot be packed");
   const double cells = std::max(1.0, margin * kCells);
   std::vector<size_t> order(all.size());
   std::iota(order.begin(), order.end(), size_t{0});
@@ -213,6 +219,8 @@ Packing packed(const std::vector<FlatShape>& shapes, double margin, const WorkPa
   std::mt19937 random(7);
   double step = kFirstStep;
   for (double side = 1.1 * std::sqrt(area); step > kLastStep;) {
+    if (!(side < kHopeless * std::sqrt(area)))
+      throw Error(fmt::format("{} charts do not go into one picture: give fewer quads", all.size()), Error::Kind::work);
     Rasters rasters(all.size());
     for (size_t i = 0; i < all.size(); ++i)
       for (size_t turn = 0; turn < kTurns; ++turn)

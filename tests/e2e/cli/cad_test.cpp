@@ -24,6 +24,15 @@ class Cad : public ::testing::Test {
     EXPECT_EQ(o.code, 0) << o.err;
     return file.string();
   }
+  /// `words`: the output, then options.
+  void expectRefused(const std::string& file, const std::vector<std::string>& words) {
+    std::vector<std::string> all{"convert", file, (scratch_ / words[0]).string()};
+    all.insert(all.end(), words.begin() + 1, words.end());
+    const Outcome said = argil(all);
+    EXPECT_EQ(said.code, 2) << said.out;
+    EXPECT_EQ(std::count(said.err.begin(), said.err.end(), '\n'), 1) << said.err;
+    EXPECT_FALSE(fs::exists(scratch_ / words[0]));
+  }
   Scratch scratch_;
 };
 
@@ -57,14 +66,8 @@ TEST_F(Cad, BadWordsAreOneLineAndLeaveNothing) {
                                                                                      {"out.stl", "--faces", "300"},
                                                                                      {"out.step", "--reduce", "0.5"},
                                                                                      {"nowhere/out.step"},
-                                                                                     {"out.step", "--for", "slicer"}}) {
-    std::vector<std::string> all{"convert", file, (scratch_ / words[0]).string()};
-    all.insert(all.end(), words.begin() + 1, words.end());
-    const Outcome said = argil(all);
-    EXPECT_EQ(said.code, 2) << said.out;
-    EXPECT_EQ(std::count(said.err.begin(), said.err.end(), '\n'), 1) << said.err;
-    EXPECT_FALSE(fs::exists(scratch_ / words[0]));
-  }
+                                                                                     {"out.step", "--for", "slicer"}})
+    expectRefused(file, words);
 }
 
 TEST_F(Cad, QuadsComeWithPicturesOfTheClay) {
@@ -110,14 +113,8 @@ TEST_F(Cad, BadWordsAboutQuadsAreOneLineAndLeaveNothing) {
                                              {"out.glb", "--quads", "300", "--textures", "4"},
                                              {"out.glb", "--quads", "300", "--draco"},
                                              {"out.obj", "--quads", "300", "--reduce", "0.5"},
-                                             {"nowhere/out.obj", "--quads", "300"}}) {
-    std::vector<std::string> all{"convert", file, (scratch_ / words[0]).string()};
-    all.insert(all.end(), words.begin() + 1, words.end());
-    const Outcome said = argil(all);
-    EXPECT_EQ(said.code, 2) << said.out;
-    EXPECT_EQ(std::count(said.err.begin(), said.err.end(), '\n'), 1) << said.err;
-    EXPECT_FALSE(fs::exists(scratch_ / words[0]));
-  }
+                                             {"nowhere/out.obj", "--quads", "300"}})
+    expectRefused(file, words);
 }
 
 }  // namespace

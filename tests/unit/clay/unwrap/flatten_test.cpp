@@ -9,6 +9,7 @@
 #include <numbers>
 #include <random>
 
+#include "clay/base/error.h"
 #include "clay/unwrap/pack.h"
 
 namespace argil::clay {
@@ -179,6 +180,12 @@ TEST(Pack, ANeedleGoesIn) {
   const Packing packing = packed(shapes, 1.0 / 512, WorkPart(nullptr));
   EXPECT_GT(packing.sideMm, 7000);
   EXPECT_LT(packing.sideMm, 12000);
+}
+
+TEST(Pack, WithoutAnAreaThereIsNone) {
+  const std::vector<Vec2d> places = {{0, 0}, {1, 0}, {2, 0}};
+  const std::vector<std::array<uint32_t, 3>> triangles = {{0, 1, 2}};
+  EXPECT_THROW((void)packed({{&places, &triangles}}, 0.01, WorkPart(nullptr)), Error);
 }
 
 // Sixteen squares fill a square but for what margins take.
