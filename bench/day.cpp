@@ -188,8 +188,7 @@ class HandOnClay {
         // The tip stands on the model.
         const Vec3d normal = (stamp.b - grid_.toVoxel(kCentreMm)).normalized(), x = normal.unitOrthogonal();
         stamp.axes << x.cast<float>(), normal.cross(x).cast<float>(), normal.cast<float>();
-        while (stroke_.prepare({&stamp, 1})) showWhenOver();
-        stroke_.apply(stamp);
+        while (stroke_.step({&stamp, 1})) showWhenOver();
         showWhenOver();
       }
     }

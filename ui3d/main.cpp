@@ -140,8 +140,9 @@ int run(int argc, char** argv) {
   addPlace(convertVerb, convert.place);
   surfaceOption(convertVerb, convert.surface, "fine");
   convertVerb->add_option("--reduce", convert.reduce, "To so many triangles at most, or below 1 to that part of them");
-  convertVerb->add_option("--error", convert.errorMm, "To as few triangles as stay within so many mm of the shape");
-  convertVerb->add_option("--faces", convert.faces, "STEP: so many smooth faces at most, of each piece");
+  convertVerb->add_option("--error", convert.errorMm,
+                          "To as few triangles, or smooth faces for CAD, as stay within so many mm of the shape");
+  convertVerb->add_option("--faces", convert.faces, "STEP and IGES: so many smooth faces at most, of each piece");
   convertVerb->add_option("--quads", convert.quads,
                           "OBJ and GLB: quads in place of triangles, so many at most a piece");
   convertVerb->add_option(

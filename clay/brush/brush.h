@@ -146,13 +146,15 @@ class BrushStroke {
   /// whose index differs in one bit, or a turned copy.
   void apply(std::span<const Stamp> images);
   void apply(const Stamp& stamp) { apply(std::span(&stamp, 1)); }
-  /// One of the things that are to be done before these images are applied and take about as long as that; false when
-  /// there is none left. apply() does them by itself: whoever calls it before may publish in between. The stroke is the
-  /// same.
-  bool prepare(std::span<const Stamp> images);
+  /// The same in steps, since one stamp of a large tip takes longer than a picture may: true while there is more of it
+  /// to do. Images count when a stamp begins. Whoever asks may publish between two steps: of methods that move the
+  /// surface by little he gets the bricks that are done, of others the clay before the stamp; closed in any case. The
+  /// stroke is the same.
+  [[nodiscard]] bool step(std::span<const Stamp> images);
   /// A version of all that was applied so far. Cheap: path copies only.
   [[nodiscard]] Version publish();
-  /// Redistances what still trails; the version that the stroke leaves. The stroke is over.
+  /// Ends a stamp that was begun and redistances what still trails; the version that the stroke leaves. The stroke is
+  /// over.
   [[nodiscard]] Version finish();
 
   /// The walls of Brush::leastWall that hold the tip where the last stamp left it, or will within the next few voxels

@@ -14,6 +14,43 @@ double segmentDistance(const Stamp& s, const Vec3d& p) {
   return (p - s.a - t * d).norm();
 }
 
+namespace {
+
+constexpr double kPlaceStep = 1.0 / 65536;
+
+// Rounded to even, as mirror images in planes between voxels must be rounded to mirror images.
+Vec3d quantised(const Vec3d& p) {
+  return p.unaryExpr([](double v) { return std::nearbyint(v / kPlaceStep) * kPlaceStep; });
+}
+
+}  // namespace
+
+std::vector<Stamp> quantised(std::span<const Stamp> given) {
+  std::vector<Stamp> images(given.begin(), given.end());
+  for (Stamp& each : images) {
+    each.a = quantised(each.a);
+    each.b = quantised(each.b);
+  }
+  return images;
+}
+
+std::vector<Stamp> partOf(std::span<const Stamp> images, int part, int parts) {
+  std::vector<Stamp> made(images.begin(), images.end());
+  for (Stamp& each : made) {
+    const Stamp whole = each;
+    const auto at = [&](int step) {
+      return quantised(Vec3d(whole.a + (whole.b - whole.a) * (static_cast<double>(step) / parts)));
+    };
+    each.a = at(part);
+    each.b = at(part + 1);
+    each.radius = whole.radius + (whole.radiusAtEnd() - whole.radius) * part / parts;
+    each.endRadius = whole.radius + (whole.radiusAtEnd() - whole.radius) * (part + 1) / parts;
+    // A dab has no way.
+    if (whole.a == whole.b) each.strength = whole.strength / static_cast<float>(parts);
+  }
+  return made;
+}
+
 SweptBall sweptBall(const Stamp& s, Coord brick) {
   const Vec3d a = s.a - ((brick * kBrickEdge).toVec3d() + Vec3d::Constant(3.5)), d = s.b - s.a;
   SweptBall ball{};

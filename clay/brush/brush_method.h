@@ -1,16 +1,22 @@
 #pragma once
 // One way of changing distances: what a file of a new method implements. This module's own.
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <span>
+#include <vector>
 
+#include "clay/base/steps.h"
 #include "clay/brush/brush.h"
 #include "clay/field/redistance.h"
 #include "clay/kernels/brush_kernels.h"
 #include "clay/store/sampler.h"
 
 namespace argil::clay {
+
+/// A step of a stamp computes about so many bricks: 1 to 20 ms by method.
+inline constexpr size_t kBricksAStep = 256;
 
 /// Throws Error for numbers that are not finite or out of range.
 void checkStamp(const Stamp& stamp);
@@ -46,9 +52,10 @@ class DistanceMethod {
   [[nodiscard]] virtual double travel() const { return 0; }
 
   /// Before the bricks of an application; `bricks` (sorted) are those that will be asked for: all within reach that
-  /// hold or touch some surface.
-  virtual void begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) {
+  /// hold or touch some surface. It pauses about every kBricksAStep bricks of work.
+  [[nodiscard]] virtual Steps begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) {
     (void)before, (void)images, (void)bricks;
+    co_return;
   }
 
   /// New distances of a brick, from the clay `before` the application: fills phi (clamping and signs are the caller's)
@@ -113,6 +120,33 @@ class DistanceMethod {
 
 /// Distance of a point from a stamp's segment, voxels; in double, for choosing.
 [[nodiscard]] double segmentDistance(const Stamp& stamp, const Vec3d& point);
+
+/// With places that are multiples of a fixed step, so that sums and mirror images in planes between voxels are exact.
+[[nodiscard]] std::vector<Stamp> quantised(std::span<const Stamp> images);
+/// Part `part` of `parts` of an application's way; what goes by the way becomes less with it.
+[[nodiscard]] std::vector<Stamp> partOf(std::span<const Stamp> images, int part, int parts);
+
+/// Visits the bricks around a stamp, region by region, so that consecutive ones share a node. `enter` is asked first,
+/// with the region's first brick and the distance of its middle to the segment.
+template <class Enter, class Visit>
+void forBricks(const Stamp& s, double margin, const Enter& enter, const Visit& visit) {
+  const Vec3d low = s.a.cwiseMin(s.b) - Vec3d::Constant(margin), high = s.a.cwiseMax(s.b) + Vec3d::Constant(margin);
+  Coord first, last;
+  // From the last voxel of a brick: mirrored stamps choose mirrored bricks.
+  first = {static_cast<int32_t>(std::ceil((low.x() - 7) / 8)), static_cast<int32_t>(std::ceil((low.y() - 7) / 8)),
+           static_cast<int32_t>(std::ceil((low.z() - 7) / 8))};
+  last = {static_cast<int32_t>(std::floor(high.x() / 8)), static_cast<int32_t>(std::floor(high.y() / 8)),
+          static_cast<int32_t>(std::floor(high.z() / 8))};
+  for (int rx = first.x >> 3; rx <= last.x >> 3; ++rx)
+    for (int ry = first.y >> 3; ry <= last.y >> 3; ++ry)
+      for (int rz = first.z >> 3; rz <= last.z >> 3; ++rz) {
+        const Coord region = Coord{rx, ry, rz} * 8;
+        if (!enter(region, segmentDistance(s, (region * kBrickEdge).toVec3d() + Vec3d::Constant(31.5)))) continue;
+        for (int x = std::max(first.x, region.x); x <= std::min(last.x, region.x + 7); ++x)
+          for (int y = std::max(first.y, region.y); y <= std::min(last.y, region.y + 7); ++y)
+            for (int z = std::max(first.z, region.z); z <= std::min(last.z, region.z + 7); ++z) visit(Coord{x, y, z});
+      }
+}
 
 /// A stamp's ball as kernels take it.
 [[nodiscard]] SweptBall sweptBall(const Stamp& stamp, Coord brick);

@@ -10,6 +10,7 @@
 
 #include "clay/base/error.h"
 #include "clay/base/parallel.h"
+#include "clay/base/steps.h"
 #include "clay/brush/brush_channels.h"
 #include "clay/brush/brush_method.h"
 #include "clay/brush/mask_reach.h"
@@ -33,10 +34,8 @@ const double kRegionHalfDiagonal = 31.5 * std::sqrt(3.0) + 0.01;
 
 // Due bricks are gathered until their count is worth the ring of neighbours that is solved along with them.
 constexpr size_t kBatch = 64;
-// Due bricks that one step before an application redistances.
-constexpr size_t kPreparedAtOnce = 512;
-// Places are multiples of this, so that sums and mirror images in planes between voxels are exact.
-constexpr double kPlaceStep = 1.0 / 65536;
+// Bricks that a step redistances; more at once share more of their surroundings.
+constexpr size_t kRedistancedAtOnce = 512;
 // Bricks of an application that are worth a second thread.
 constexpr size_t kParallelFrom = 256;
 // Applications whose bricks are computed together at most. What is shown lags by less.
@@ -51,22 +50,8 @@ constexpr float kMeets = 0.25f;
 constexpr float kGrows = 0.02f;
 // Bricks of a swept tip that are computed before they are linked: as many as a cache holds.
 constexpr size_t kSweptAtOnce = 512;
-// Bricks that are made at once for a method to write, of which those that it changes stay.
-constexpr size_t kComputedAtOnce = 1024;
-
-// Rounded to even, as mirror images in planes between voxels must be rounded to mirror images.
-Vec3d quantised(const Vec3d& p) {
-  return p.unaryExpr([](double v) { return std::nearbyint(v / kPlaceStep) * kPlaceStep; });
-}
-
-std::vector<Stamp> quantised(std::span<const Stamp> given) {
-  std::vector<Stamp> images(given.begin(), given.end());
-  for (Stamp& each : images) {
-    each.a = quantised(each.a);
-    each.b = quantised(each.b);
-  }
-  return images;
-}
+// From this radius on, voxels, a tip is swept in steps.
+constexpr double kLargeTip = 64;
 
 const Operation* distanceOperation(const Brush& brush) {
   for (const Operation& each : brush.operations)
@@ -120,29 +105,37 @@ struct BrushStroke::State {
   };
   std::vector<Swept> swept;  // waiting to be computed
 
-  void sweepTip(const Stamp& s, std::vector<Coord>& influenced, std::vector<Coord>& blended);
+  [[nodiscard]] Steps sweepTip(const Stamp& s, std::vector<Coord>& influenced, std::vector<Coord>& blended);
   void computeSwept(const Stamp& s, std::vector<Coord>& influenced);
-  [[nodiscard]] std::optional<MaskCover> coverOf(Coord coord, double largestRadius);
-  BrickChange masked(const MaskCover& cover, const float* source, FloatBrick& brick, float& most) const;
+  [[nodiscard]] std::optional<MaskCover> coverOf(Coord coord, double largestRadius) {
+    return coverDuring(*editor, maskReach ? &*maskReach : nullptr, coord, largestRadius);
+  }
+  BrickChange masked(const MaskCover& cover, const float* source, FloatBrick& brick, float& most) const {
+    putBack(cover, !(method && method->masks()), source, brick.value);
+    return sealBrick(source, editor->grid().band, brick, most);
+  }
   // Applications that were begun and whose bricks are to be computed yet.
   std::vector<Stamp> begun;
   size_t begunCount = 0;
   bool begunOnce = false;  // some have waited
   double begunMove = 0;
 
-  void begin(std::span<const Stamp> images, std::span<const Coord> coords);
-  void compute(std::span<const Stamp> images, const std::vector<Coord>& coords, std::vector<Coord>& influenced);
-  void work(std::span<const Stamp> images, const std::vector<Coord>& coords, std::vector<Coord>& influenced) {
-    if (coords.empty()) return;
-    begin(images, coords);
-    compute(images, coords, influenced);
-  }
-  void workLater(std::span<const Stamp> images, double move, bool together, std::vector<Coord>& influenced);
-  void computeBegun(std::vector<Coord>& influenced);
-  void workInParts(std::span<const Stamp> images, bool together, std::vector<Coord>& influenced);
+  [[nodiscard]] Steps work(std::span<const Stamp> images, std::vector<Coord> coords, bool begins,
+                           std::vector<Coord>& influenced);
+  [[nodiscard]] Steps computeBegun(std::vector<Coord>& influenced);
+  [[nodiscard]] Steps workOnPart(std::span<const Stamp> images, bool together, std::vector<Coord>& influenced);
+  [[nodiscard]] Steps workInParts(std::span<const Stamp> images, bool together, std::vector<Coord>& influenced);
   [[nodiscard]] std::vector<Coord> bricksWithin(std::span<const Stamp> images, double moved = 0);
-  void redistanceDue(size_t most = SIZE_MAX);
-  void apply(const std::vector<Stamp>& images);
+  [[nodiscard]] Steps redistanceBricks(Trail::Work work);
+  [[nodiscard]] Steps redistanceDue(size_t most = SIZE_MAX);
+  [[nodiscard]] Steps prepare(std::span<const Stamp> images);
+  [[nodiscard]] Steps application(std::vector<Stamp> images);
+  [[nodiscard]] Steps applicationWithinWalls(std::vector<Stamp> images);
+  std::optional<Steps> inWork;  // the application that was begun
+  // What is seen of the stroke while the clay is between two states of which nobody may see anything: where a tip was
+  // swept in part, clay ends at bricks that are not there.
+  Version seen;
+  Version safe;  // what the clay goes back to where a step of the application in work fails
 
   [[nodiscard]] Editor::Counts counts() const {
     const Editor::Counts now = editor->counts();
@@ -156,28 +149,6 @@ struct BrushStroke::State {
     return version;
   }
 
-  // One of the things that have to be done before these images are applied and take about as long as that: bricks of
-  // the applications before that these cannot be computed with; and where what the method keeps has grown too large,
-  // that it goes on from the clay as it is now. False when there is none.
-  bool prepare(std::span<const Stamp> images) {
-    if (!method) return false;
-    const bool full = method->full();
-    if (begunCount > 0 && (full || (method->parts(images) == 1 && !goesAlong(method->moves(images))))) {
-      std::vector<Coord> influenced;
-      computeBegun(influenced);
-      trail.touch(stamps, std::move(influenced));
-      return true;
-    }
-    if (!full) return false;
-    trail.follow(stamps);
-    if (trail.due() > 0) {
-      redistanceDue(kPreparedAtOnce);
-      return true;
-    }
-    method->beginAnew(commit());
-    collect();
-    return false;
-  }
   // Whether bricks of an application are computed together with those that wait.
   [[nodiscard]] bool goesAlong(double move) const { return begunMove + move <= brush->quality.together; }
 
@@ -198,31 +169,9 @@ struct BrushStroke::State {
     carryChannels(*editor, was, *brush, by, images, carriedFrom);
     collect();
   }
-
-  // Visits the bricks around a stamp, region by region, so that consecutive ones share a node. `enter` is asked first,
-  // with the region's first brick and the distance of its middle to the segment.
-  template <class Enter, class Visit>
-  void forBricks(const Stamp& s, double margin, const Enter& enter, const Visit& visit) {
-    const Vec3d low = s.a.cwiseMin(s.b) - Vec3d::Constant(margin), high = s.a.cwiseMax(s.b) + Vec3d::Constant(margin);
-    Coord first, last;
-    // From the last voxel of a brick: mirrored stamps choose mirrored bricks.
-    first = {static_cast<int32_t>(std::ceil((low.x() - 7) / 8)), static_cast<int32_t>(std::ceil((low.y() - 7) / 8)),
-             static_cast<int32_t>(std::ceil((low.z() - 7) / 8))};
-    last = {static_cast<int32_t>(std::floor(high.x() / 8)), static_cast<int32_t>(std::floor(high.y() / 8)),
-            static_cast<int32_t>(std::floor(high.z() / 8))};
-    for (int rx = first.x >> 3; rx <= last.x >> 3; ++rx)
-      for (int ry = first.y >> 3; ry <= last.y >> 3; ++ry)
-        for (int rz = first.z >> 3; rz <= last.z >> 3; ++rz) {
-          const Coord region = Coord{rx, ry, rz} * 8;
-          if (!enter(region, segmentDistance(s, (region * kBrickEdge).toVec3d() + Vec3d::Constant(31.5)))) continue;
-          for (int x = std::max(first.x, region.x); x <= std::min(last.x, region.x + 7); ++x)
-            for (int y = std::max(first.y, region.y); y <= std::min(last.y, region.y + 7); ++y)
-              for (int z = std::max(first.z, region.z); z <= std::min(last.z, region.z + 7); ++z) visit(Coord{x, y, z});
-        }
-  }
 };
 
-void BrushStroke::State::sweepTip(const Stamp& s, std::vector<Coord>& influenced, std::vector<Coord>& blended) {
+Steps BrushStroke::State::sweepTip(const Stamp& s, std::vector<Coord>& influenced, std::vector<Coord>& blended) {
   const double band = editor->grid().band;
   // Where the radius changes, the least of it says what is wholly inside and the largest what is not touched.
   const double least = std::min(s.radius, s.radiusAtEnd()) * withinTip(*brush),
@@ -236,29 +185,34 @@ void BrushStroke::State::sweepTip(const Stamp& s, std::vector<Coord>& influenced
     touched += editor->setBlock(region, 1, result);
     return false;
   };
+  std::vector<Coord> reached;
   forBricks(s, largest + band, enter, [&](Coord coord) {
     const double centre = segmentDistance(s, (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5));
-    if (centre - kHalfDiagonal - largest >= band) return;
+    if (centre - kHalfDiagonal - largest < band && editor->find(coord) != Slot(result)) reached.push_back(coord);
+  });
+  for (const Coord coord : reached) {
     const Slot slot = editor->find(coord);
-    if (slot == Slot(result)) return;
     std::optional<MaskCover> cover;
     if (masks) cover = coverOf(coord, largest);
-    if (cover && cover->whole) return;
+    if (cover && cover->whole) continue;
+    const double centre = segmentDistance(s, (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5));
     if (!cover && centre + kHalfDiagonal - least <= -band) {
       ++touched;
       editor->setTile(coord, result);
-      return;
+      continue;
     }
     if (blendsWith && !blendsWith.find(coord).isTile()) {
       blended.push_back(coord);
-      return;
+      continue;
     }
     ++touched;
     FloatBrick* mine = slot.isTile() || cover ? nullptr : editor->own(coord);
     swept.push_back(
         {slot, mine ? mine : editor->newBrick(coord), cover ? std::make_unique<MaskCover>(*cover) : nullptr, {}});
-    if (swept.size() >= kSweptAtOnce) computeSwept(s, influenced);
-  });
+    if (swept.size() < kSweptAtOnce) continue;
+    computeSwept(s, influenced);
+    if (seen) co_yield Steps::kPause;
+  }
   computeSwept(s, influenced);
 }
 
@@ -311,42 +265,6 @@ void BrushStroke::State::computeSwept(const Stamp& s, std::vector<Coord>& influe
   swept.clear();
 }
 
-// Where the band was when the stroke began the mask itself, elsewhere what it means there too: clay that comes up
-// beside a mask must not let the next stamp creep over it. A tool that stands on the surface reaches clay as deep as it
-// is wide. Nothing where all is free.
-std::optional<MaskCover> BrushStroke::State::coverOf(Coord coord, double largestRadius) {
-  const float band = editor->grid().band;
-  const ChannelSlot mask = editor->find(Channel::mask, coord);
-  MaskCover cover;
-  Slot began;
-  if (maskReach && mask != ChannelSlot(true)) {
-    cover = maskReach->at(coord, 2 * largestRadius + static_cast<double>(band));
-    began = maskReach->start().find(coord);
-  }
-  if (began.isTile() && mask == ChannelSlot()) return cover.none ? std::nullopt : std::optional(cover);
-  for (int i = 0; i < kBrickVoxels; ++i) {
-    uint8_t& value = cover.value[static_cast<size_t>(i)];
-    value = std::abs(began.phi(i, band)) < band ? mask.value(i) : std::max(value, mask.value(i));
-  }
-  if (std::all_of(cover.value.begin(), cover.value.end(), [](uint8_t c) { return c == 0; })) return std::nullopt;
-  cover.none = false;
-  cover.whole = std::all_of(cover.value.begin(), cover.value.end(), [](uint8_t c) { return c == 255; });
-  return cover;
-}
-
-// What a mask covers goes back to what it was, by as much as it covers; at 255 to the bit.
-BrickChange BrushStroke::State::masked(const MaskCover& mask, const float* source, FloatBrick& brick,
-                                       float& most) const {
-  for (int i = 0; i < kBrickVoxels; ++i) {
-    const uint8_t cover = mask.value[static_cast<size_t>(i)];
-    if (cover == 0 || (cover < 255 && method && method->masks())) continue;
-    brick.value[i] = cover == 255
-                         ? source[i]
-                         : source[i] + (brick.value[i] - source[i]) * (static_cast<float>(255 - cover) / 255.0f);
-  }
-  return sealBrick(source, editor->grid().band, brick, most);
-}
-
 // Bricks within reach of a stamp that hold some surface, and those beside them. Sorted.
 std::vector<Coord> BrushStroke::State::bricksWithin(std::span<const Stamp> images, double moved) {
   std::vector<Coord> surface;
@@ -378,34 +296,36 @@ std::vector<Coord> BrushStroke::State::bricksWithin(std::span<const Stamp> image
   return all;
 }
 
-void BrushStroke::State::begin(std::span<const Stamp> images, std::span<const Coord> coords) {
-  Sampler field(*editor);
-  method->begin(field, images, coords);
-}
-
-// Where each of them moves clay a little they are computed together: they look at the same bricks.
-void BrushStroke::State::workLater(std::span<const Stamp> images, double move, bool together,
-                                   std::vector<Coord>& influenced) {
-  if (begunCount > 0 && !goesAlong(move)) computeBegun(influenced);
-  begin(images, {});
-  begun.insert(begun.end(), images.begin(), images.end());
-  ++begunCount;
-  begunMove += move;
-  if (!together || begunCount >= kTogether) return computeBegun(influenced);
-  begunOnce = true;
-}
-
-void BrushStroke::State::computeBegun(std::vector<Coord>& influenced) {
-  if (begunCount == 0) return;
-  const std::vector<Stamp> images = std::exchange(begun, {});
-  const double moved = std::exchange(begunMove, 0);
-  begunCount = 0;
-  const std::vector<Coord> coords = bricksWithin(images, moved);
-  if (!coords.empty()) compute(images, coords, influenced);
-}
-
-void BrushStroke::State::compute(std::span<const Stamp> images, const std::vector<Coord>& coords,
-                                 std::vector<Coord>& influenced) {
+// Computes bricks from the clay as it is now; what the method does before, if that is not done yet.
+//
+// Of many bricks those are seen that are done, in an order that leaves no hole: a surface has to stay away from tiles.
+// First come the bricks that were tiles, at once; then, step by step, what was and stays a brick; at last, at once,
+// what becomes a tile. Between, there is a brick wherever there was one before or is one after, and values of before
+// and after meet in bricks alone. Where a tile becomes the other one nothing is seen until all is done.
+Steps BrushStroke::State::work(std::span<const Stamp> images, std::vector<Coord> coords, bool begins,
+                               std::vector<Coord>& influenced) {
+  if (coords.empty()) co_return;
+  const bool inSteps = coords.size() > kBricksAStep;
+  const Version was = inSteps ? commit() : Version();
+  Sampler field = was ? Sampler(was) : Sampler(*editor);
+  const bool hides = inSteps && !seen;
+  if (hides) seen = was;
+  if (inSteps && !safe) safe = was;
+  if (begins)
+    for (Steps each = method->begin(field, images, coords); each.next();)
+      if (inSteps) co_yield Steps::kPause;
+  auto tiles = coords.begin();
+  if (inSteps)
+    tiles = std::stable_partition(coords.begin(), coords.end(), [&](Coord c) { return field.slot(c).isTile(); });
+  bool flips = false;
+  // What becomes a tile, or might: clay of 16 bits says so when it is linked.
+  struct Last {
+    Coord coord;
+    bool inBand;
+    BrickValues value;
+    uint64_t inside[kBrickEdge];
+  };
+  std::vector<Last> last;
   const float band = editor->grid().band;
   const bool masks = editor->has(Channel::mask);
   struct Result {
@@ -416,10 +336,13 @@ void BrushStroke::State::compute(std::span<const Stamp> images, const std::vecto
   };
   double largest = 0;
   for (const Stamp& s : images) largest = std::max(largest, s.largestRadius() * aroundTip(*brush));
-  std::vector<Result> results, kept;
-  for (size_t from = 0; from < coords.size(); from += kComputedAtOnce) {
-    const std::span<const Coord> some =
-        std::span(coords).subspan(from, std::min(kComputedAtOnce, coords.size() - from));
+  std::vector<Result> results;
+  std::vector<Coord> changed, drifted;
+  const auto firstBrick = static_cast<size_t>(tiles - coords.begin());
+  for (size_t from = 0, to; from < coords.size(); from = to) {
+    to = std::min(from + kBricksAStep, from < firstBrick ? firstBrick : coords.size());
+    if (hides && from == firstBrick && !flips) seen = {};
+    const std::span<const Coord> some = std::span(coords).subspan(from, to - from);
     results.assign(some.size(), {});
     for (size_t i = 0; i < some.size(); ++i) {
       results[i].brick = editor->newBrick(some[i]);
@@ -428,7 +351,7 @@ void BrushStroke::State::compute(std::span<const Stamp> images, const std::vecto
     parallelBlocks(
         some.size(), coords.size() >= kParallelFrom ? threads : 1,
         [&](size_t begin, size_t end) {
-          Sampler mine(*editor);
+          Sampler mine = field;
           BrickValues scratch;
           for (size_t i = begin; i < end; ++i) {
             Result& r = results[i];
@@ -440,83 +363,162 @@ void BrushStroke::State::compute(std::span<const Stamp> images, const std::vecto
         },
         16);
     for (const Result& r : results) {
-      if (r.change.changed)
-        kept.push_back({r.brick, std::nullopt, r.change, r.most});
-      else
+      if (!r.change.changed) {
         editor->recycle(r.brick);
+        continue;
+      }
+      const Coord coord = r.brick->coord;
+      const Renew renew = masks ? std::max(method->leaves(), Renew::slopes) : method->leaves();
+      if (trail.change(coord, method->lasting() ? 0 : r.most, renew)) drifted.push_back(coord);
+      changed.push_back(coord);
+      const FloatBrick& made = *r.brick;
+      const auto near = [&](float phi) { return std::abs(phi) < band - editor->step(); };
+      if (!inSteps || std::any_of(std::begin(made.value), std::end(made.value), near)) {
+        editor->link(r.brick, r.change.inBand);
+        continue;
+      }
+      flips |= from < firstBrick;
+      Last& one = last.emplace_back(Last{coord, r.change.inBand, {}, {}});
+      std::copy(std::begin(made.value), std::end(made.value), one.value);
+      std::copy(std::begin(made.inside), std::end(made.inside), one.inside);
+      editor->recycle(r.brick);
     }
+    if (inSteps) co_yield Steps::kPause;
   }
+  for (const Last& one : last) {
+    FloatBrick* brick = editor->newBrick(one.coord);
+    std::copy(std::begin(one.value), std::end(one.value), brick->value);
+    std::copy(std::begin(one.inside), std::end(one.inside), brick->inside);
+    editor->link(brick, one.inBand);
+  }
+  if (hides) seen = {};
   touched += coords.size();
-  // Linked once all have been computed: every brick comes from the field as it was before.
-  std::vector<Coord> changed, drifted;
-  for (const Result& r : kept) {
-    const Coord coord = r.brick->coord;
-    const Renew renew = masks ? std::max(method->leaves(), Renew::slopes) : method->leaves();
-    if (trail.change(coord, method->lasting() ? 0 : r.most, renew)) drifted.push_back(coord);
-    changed.push_back(coord);
-    editor->link(r.brick, r.change.inBand);
-  }
   // The surface may have come nearer to a neighbour that is a tile yet: redistancing makes the brick if so.
   const std::vector<Coord> around = withNeighbours(changed);
   influenced.insert(influenced.end(), around.begin(), around.end());
-  if (drifted.empty()) return;
-  const Trail::Work work = trail.takeNow(drifted);
-  redistance(*editor, work.bricks, work.renew, threads, redistancing);
+  if (!drifted.empty())
+    for (Steps each = redistanceBricks(trail.takeNow(drifted)); each.next();) co_yield Steps::kPause;
+  if (inSteps) collect();
 }
 
-void BrushStroke::State::workInParts(std::span<const Stamp> images, bool together, std::vector<Coord>& influenced) {
+Steps BrushStroke::State::computeBegun(std::vector<Coord>& influenced) {
+  if (begunCount == 0) co_return;
+  const std::vector<Stamp> images = std::exchange(begun, {});
+  const double moved = std::exchange(begunMove, 0);
+  begunCount = 0;
+  for (Steps each = work(images, bricksWithin(images, moved), false, influenced); each.next();) co_yield Steps::kPause;
+}
+
+Steps BrushStroke::State::workOnPart(std::span<const Stamp> part, bool together, std::vector<Coord>& influenced) {
+  const double move = method->moves(part);
+  if (!std::isfinite(move)) {
+    for (Steps each = work(part, bricksWithin(part), true, influenced); each.next();) co_yield Steps::kPause;
+    co_return;
+  }
+  // Where each of them moves clay a little they are computed together: they look at the same bricks.
+  if (begunCount > 0 && !goesAlong(move))
+    for (Steps each = computeBegun(influenced); each.next();) co_yield Steps::kPause;
+  {
+    Sampler field(*editor);
+    method->begin(field, part, {}).finish();
+  }
+  begun.insert(begun.end(), part.begin(), part.end());
+  ++begunCount;
+  begunMove += move;
+  if (together && begunCount < kTogether) {
+    begunOnce = true;
+    co_return;
+  }
+  for (Steps each = computeBegun(influenced); each.next();) co_yield Steps::kPause;
+}
+
+Steps BrushStroke::State::workInParts(std::span<const Stamp> images, bool together, std::vector<Coord>& influenced) {
   const int parts = method->parts(images);
-  const auto workOn = [&](std::span<const Stamp> part) {
-    if (const double move = method->moves(part); std::isfinite(move))
-      workLater(part, move, together, influenced);
-    else
-      work(part, bricksWithin(part), influenced);
-  };
-  if (parts == 1) return workOn(images);
   for (int i = 0; i < parts; ++i) {
-    std::vector<Stamp> part(images.begin(), images.end());
-    for (size_t k = 0; k < part.size(); ++k) {
-      const Stamp& whole = images[k];
-      const auto at = [&](int step) {
-        return quantised(whole.a + (whole.b - whole.a) * (static_cast<double>(step) / parts));
-      };
-      part[k].a = at(i);
-      part[k].b = at(i + 1);
-      part[k].radius = whole.radius + (whole.radiusAtEnd() - whole.radius) * i / parts;
-      part[k].endRadius = whole.radius + (whole.radiusAtEnd() - whole.radius) * (i + 1) / parts;
-      // What goes by the way becomes less with it; a dab has none.
-      if (whole.a == whole.b) part[k].strength = whole.strength / static_cast<float>(parts);
-    }
-    workOn(part);
+    const std::vector<Stamp> part = parts == 1 ? std::vector(images.begin(), images.end()) : partOf(images, i, parts);
+    for (Steps each = workOnPart(part, together, influenced); each.next();) co_yield Steps::kPause;
   }
 }
 
-void BrushStroke::State::redistanceDue(size_t most) {
-  if (trail.due() == 0) return;
-  const Trail::Work work = trail.take(most);
+Steps BrushStroke::State::redistanceBricks(Trail::Work work) {
+  Redistancing how = redistancing;
+  how.atOnce = kRedistancedAtOnce;
+  const bool inSteps = work.bricks.size() > how.atOnce;
+  const Version was = inSteps ? commit() : Version();
+  const Sampler field = was ? Sampler(was) : Sampler(*editor);
+  for (const RedistancePart& part :
+       redistanceParts(std::move(work.bricks), std::move(work.renew), editor->grid().band, how)) {
+    (void)linkSettled(*editor, redistancePart(field, *editor, part, threads, how));
+    if (inSteps) co_yield Steps::kPause;
+  }
+}
+
+Steps BrushStroke::State::redistanceDue(size_t most) {
+  if (trail.due() == 0) co_return;
   const Version was = beforeChange();
-  redistance(*editor, work.bricks, work.renew, threads, redistancing);
+  for (Steps each = redistanceBricks(trail.take(most)); each.next();) co_yield Steps::kPause;
   carry(was, nullptr, {});
+}
+
+// What has to be done before these images are applied: bricks of the applications before that these cannot be computed
+// with; and where what the method keeps has grown too large, that it goes on from the clay as it is now.
+Steps BrushStroke::State::prepare(std::span<const Stamp> images) {
+  if (!method) co_return;
+  const bool full = method->full();
+  if (begunCount > 0 && (full || (method->parts(images) == 1 && !goesAlong(method->moves(images))))) {
+    std::vector<Coord> influenced;
+    for (Steps each = computeBegun(influenced); each.next();) co_yield Steps::kPause;
+    trail.touch(stamps, std::move(influenced));
+    co_yield Steps::kPause;
+  }
+  if (!full) co_return;
+  trail.follow(stamps);
+  while (trail.due() > 0) {
+    for (Steps each = redistanceDue(kRedistancedAtOnce); each.next();) co_yield Steps::kPause;
+    co_yield Steps::kPause;
+  }
+  method->beginAnew(commit());
+  collect();
 }
 
 BrushStroke::BrushStroke(Version base, std::shared_ptr<const Brush> brush, Version start, int threads)
     : state_(std::make_unique<State>(std::move(base), std::move(brush), std::move(start), threads)) {}
 BrushStroke::~BrushStroke() = default;
 
-void BrushStroke::apply(std::span<const Stamp> given) {
-  if (given.empty() || given.size() > 64) throw Error("a stamp has 1 to 64 images");
-  for (const Stamp& each : given) checkStamp(each);
-  State& s = *state_;
-  const std::vector<Stamp> images = quantised(given);
-  if (!s.wallLimit) return s.apply(images);
-  // One after the other: what one image cuts may be the far side of another.
-  for (size_t i = 0; i < images.size(); ++i)
-    for (const Stamp& each : s.wallLimit->allowed(*s.editor, images[i], i)) s.apply(quantised(std::span(&each, 1)));
+void BrushStroke::apply(std::span<const Stamp> images) {
+  while (step(images)) {
+  }
 }
 
-void BrushStroke::State::apply(const std::vector<Stamp>& images) {
-  while (prepare(images)) {
+bool BrushStroke::step(std::span<const Stamp> given) {
+  State& s = *state_;
+  if (!s.inWork) {
+    if (given.empty() || given.size() > 64) throw Error("a stamp has 1 to 64 images");
+    for (const Stamp& each : given) checkStamp(each);
+    s.inWork.emplace(s.wallLimit ? s.applicationWithinWalls(quantised(given)) : s.application(quantised(given)));
   }
+  try {
+    if (s.inWork->next()) return true;
+  } catch (...) {
+    s.inWork.reset();
+    s.seen = {};
+    if (s.safe) s.editor.emplace(std::exchange(s.safe, {}));
+    throw;
+  }
+  s.inWork.reset();
+  s.safe = {};
+  return false;
+}
+
+// One after the other: what one image cuts may be the far side of another.
+Steps BrushStroke::State::applicationWithinWalls(std::vector<Stamp> images) {
+  for (size_t i = 0; i < images.size(); ++i)
+    for (const Stamp& allowed : wallLimit->allowed(*editor, images[i], i))
+      for (Steps each = application(quantised(std::span(&allowed, 1))); each.next();) co_yield Steps::kPause;
+}
+
+Steps BrushStroke::State::application(std::vector<Stamp> images) {
+  for (Steps each = prepare(images); each.next();) co_yield Steps::kPause;
   const Version was = beforeChange();
   std::vector<Coord> influenced;
   // what a mask covers in part depends on the order of images
@@ -524,13 +526,19 @@ void BrushStroke::State::apply(const std::vector<Stamp>& images) {
   if (tool && !blends) {
     // Cutting away one thing after the other gives the same in any order.
     std::vector<Coord> blended;
-    for (const Stamp& each : images) sweepTip(each, influenced, blended);
+    const bool large = std::any_of(images.begin(), images.end(), [&](const Stamp& each) {
+      return each.largestRadius() * aroundTip(*brush) >= kLargeTip;
+    });
+    if (large) safe = seen = commit();
+    for (const Stamp& image : images)
+      for (Steps each = sweepTip(image, influenced, blended); each.next();) co_yield Steps::kPause;
     std::sort(blended.begin(), blended.end());
     blended.erase(std::unique(blended.begin(), blended.end()), blended.end());
-    work(images, blended, influenced);
+    for (Steps each = work(images, std::move(blended), true, influenced); each.next();) co_yield Steps::kPause;
+    seen = {};
   } else if (method) {
     // What goes along with clay is looked at application by application.
-    workInParts(images, !was, influenced);
+    for (Steps each = workInParts(images, !was, influenced); each.next();) co_yield Steps::kPause;
   }
   carry(was, tool ? nullptr : method.get(), images);
   for (const Operation& each : brush->operations)
@@ -540,24 +548,24 @@ void BrushStroke::State::apply(const std::vector<Stamp>& images) {
   // What is computed together is touched again together.
   const uint64_t behind = static_cast<uint64_t>(brush->quality.trail) + (begunOnce ? kTogether : 0);
   if (number > behind) trail.follow(number - behind);
-  if (trail.due() >= kBatch) redistanceDue();
-}
-
-bool BrushStroke::prepare(std::span<const Stamp> given) {
-  return state_->prepare(quantised(given));
+  if (trail.due() >= kBatch)
+    for (Steps each = redistanceDue(); each.next();) co_yield Steps::kPause;
 }
 
 Version BrushStroke::publish() {
-  return state_->commit();
+  return state_->seen ? state_->seen : state_->commit();
 }
 
 Version BrushStroke::finish() {
   State& s = *state_;
+  if (s.inWork) s.inWork->finish();
+  s.inWork.reset();
+  s.safe = {};
   std::vector<Coord> influenced;
-  s.computeBegun(influenced);
+  s.computeBegun(influenced).finish();
   s.trail.touch(s.stamps, std::move(influenced));
   s.trail.follow(s.stamps);
-  s.redistanceDue();
+  s.redistanceDue().finish();
   return publish();
 }
 

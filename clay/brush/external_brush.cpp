@@ -45,7 +45,7 @@ class ByWorker : public DistanceMethod {
                                          brush_->values, threads_})) {}
 
   Renew leaves() const override { return brush_->external->leaves(); }
-  void begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) override;
+  Steps begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) override;
   bool brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const override;
 
  private:
@@ -66,9 +66,9 @@ class ByWorker : public DistanceMethod {
   std::vector<Values> weights_;  // of a batch
 };
 
-void ByWorker::begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) {
+Steps ByWorker::begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) {
   bricks_.clear();
-  if (!worker_) return;
+  if (!worker_) co_return;
   std::vector<Coord> here;
   std::copy_if(bricks.begin(), bricks.end(), std::back_inserter(here),
                [&](Coord coord) { return !before.slot(coord).isTile(); });

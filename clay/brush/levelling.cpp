@@ -32,14 +32,20 @@ class Levelling : public DistanceMethod {
 
   double reach(const Stamp& stamp) const override { return stamp.largestRadius(); }
   Renew leaves() const override { return Renew::all; }
-  void begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) override;
+  Steps begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) override;
   bool brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const override;
 
  private:
   struct Fitted {
     Vec3d point, normal;
   };
-  [[nodiscard]] std::optional<Fitted> fit(Sampler& before, const Stamp& stamp, std::span<const Coord> bricks) const;
+  // A piece of the surface under the tip, from the stamp's middle.
+  struct Sample {
+    float weight;
+    Vec3f normal, place;
+  };
+  static void sample(Sampler& before, const Stamp& stamp, std::span<const Coord> bricks, std::vector<Sample>& samples);
+  [[nodiscard]] std::optional<Fitted> fit(const Stamp& stamp, std::span<const Sample> samples) const;
 
   Operation operation_;
   float band_;
@@ -52,15 +58,13 @@ int64_t grains(float value) {
   return static_cast<int64_t>(static_cast<double>(value) / kGrain);
 }
 
-// Mean place and normal of the surface under the tip; nothing where there is none.
-std::optional<Levelling::Fitted> Levelling::fit(Sampler& before, const Stamp& stamp,
-                                                std::span<const Coord> bricks) const {
-  const Vec3d middle = (stamp.a + stamp.b) / 2;
-  struct Sample {
-    float weight;
-    Vec3f normal, place;
-  };
-  std::vector<Sample> samples;
+Vec3d middleOf(const Stamp& stamp) {
+  return (stamp.a + stamp.b) / 2;
+}
+
+void Levelling::sample(Sampler& before, const Stamp& stamp, std::span<const Coord> bricks,
+                       std::vector<Sample>& samples) {
+  const Vec3d middle = middleOf(stamp);
   for (const Coord coord : bricks) {
     const Slot slot = before.slot(coord);
     if (slot.isTile() ||
@@ -89,6 +93,10 @@ std::optional<Levelling::Fitted> Levelling::fit(Sampler& before, const Stamp& st
       samples.push_back({w, n, p});
     }
   }
+}
+
+// Mean place and normal of the surface under the tip; nothing where there is none.
+std::optional<Levelling::Fitted> Levelling::fit(const Stamp& stamp, std::span<const Sample> samples) const {
   const auto vec = [](const std::array<int64_t, 3>& sum) {
     return Vec3d(static_cast<double>(sum[0]), static_cast<double>(sum[1]), static_cast<double>(sum[2]));
   };
@@ -123,14 +131,19 @@ std::optional<Levelling::Fitted> Levelling::fit(Sampler& before, const Stamp& st
   const Vec3d normal = vec(normals);
   // Places are multiples of a fixed step, so that mirrored ones are the mirror images.
   const Vec3d offset = (vec(places) / static_cast<double>(weights) * 65536).array().round().matrix() / 65536;
-  return Fitted{middle + offset, normal / norm(normal)};
+  return Fitted{middleOf(stamp) + offset, normal / norm(normal)};
 }
 
-void Levelling::begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) {
+Steps Levelling::begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) {
   planes_.resize(images.size());
   for (size_t i = 0; i < images.size(); ++i) {
     const std::optional<Fitted> was = planes_[i];
-    std::optional<Fitted>& plane = planes_[i] = fit(before, images[i], bricks);
+    std::vector<Sample> samples;
+    for (size_t from = 0; from < bricks.size(); from += kBricksAStep) {
+      sample(before, images[i], bricks.subspan(from, std::min(kBricksAStep, bricks.size() - from)), samples);
+      co_yield Steps::kPause;
+    }
+    std::optional<Fitted>& plane = planes_[i] = fit(images[i], samples);
     if (!plane || !was) continue;
     const Vec3d step = was->point - plane->point;
     // Another place, or another face: nothing to keep.

@@ -190,4 +190,35 @@ uint8_t MaskReach::coverAt(Coord at, int64_t limit) {
   return static_cast<uint8_t>(candidates_.mean(at.x, at.y, at.z, nearest, kBlend));
 }
 
+// A tool that stands on the surface reaches clay as deep as it is wide.
+std::optional<MaskCover> coverDuring(const Editor& editor, MaskReach* reach, Coord coord, double radius) {
+  const float band = editor.grid().band;
+  const ChannelSlot mask = editor.find(Channel::mask, coord);
+  MaskCover cover;
+  Slot began;
+  if (reach && mask != ChannelSlot(true)) {
+    cover = reach->at(coord, 2 * radius + static_cast<double>(band));
+    began = reach->start().find(coord);
+  }
+  if (began.isTile() && mask == ChannelSlot()) return cover.none ? std::nullopt : std::optional(cover);
+  for (int i = 0; i < kBrickVoxels; ++i) {
+    uint8_t& value = cover.value[static_cast<size_t>(i)];
+    value = std::abs(began.phi(i, band)) < band ? mask.value(i) : std::max(value, mask.value(i));
+  }
+  if (std::all_of(cover.value.begin(), cover.value.end(), [](uint8_t c) { return c == 0; })) return std::nullopt;
+  cover.none = false;
+  cover.whole = std::all_of(cover.value.begin(), cover.value.end(), [](uint8_t c) { return c == 255; });
+  return cover;
+}
+
+void putBack(const MaskCover& mask, bool inPart, const float* source, float (&value)[kBrickVoxels]) {
+  for (int i = 0; i < kBrickVoxels; ++i) {
+    const uint8_t cover = mask.value[static_cast<size_t>(i)];
+    if (cover == 255)
+      value[i] = source[i];
+    else if (cover > 0 && inPart)
+      value[i] = source[i] + (value[i] - source[i]) * (static_cast<float>(255 - cover) / 255.0f);
+  }
+}
+
 }  // namespace argil::clay

@@ -4,12 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
 #include "clay/kernels/cover_kernels.h"
 #include "clay/store/brick_set.h"
-#include "clay/store/version.h"
+#include "clay/store/editor.h"
 
 namespace argil::clay {
 
@@ -88,5 +89,14 @@ class MaskReach {
   std::unordered_map<Coord, std::vector<BrickPlaces>, CoordHash> regions_;
   std::unordered_map<Coord, Known, CoordHash> known_;
 };
+
+/// Of a brick of a stroke in work, by a tip of that radius: where the band was when the stroke began the mask itself,
+/// elsewhere what it means there too (`reach`; null where nothing looks so far): clay that comes up beside a mask must
+/// not let the next stamp creep over it. Nothing where all is free.
+[[nodiscard]] std::optional<MaskCover> coverDuring(const Editor& editor, MaskReach* reach, Coord coord, double radius);
+
+/// What a mask covers goes back from `value` to what it was, by as much as it covers; at 255 to the bit. `inPart`: also
+/// what is covered in part.
+void putBack(const MaskCover& mask, bool inPart, const float* source, float (&value)[kBrickVoxels]);
 
 }  // namespace argil::clay

@@ -147,7 +147,7 @@ class Raising : public DistanceMethod {
   double reach(const Stamp& stamp) const override {
     return stamp.largestRadius() * radii() + band_ + highest_ + step();
   }
-  void begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) override;
+  Steps begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) override;
   bool brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const override;
 
   bool lasting() const override { return true; }
@@ -275,7 +275,7 @@ Vec3d Raising::lifted(const Vec3d& place) {
   for (int32_t x = first(place.x() - reach); x <= last(place.x() + reach); ++x)
     for (int32_t y = first(place.y() - reach); y <= last(place.y() + reach); ++y)
       for (int32_t z = first(place.z() - reach); z <= last(place.z() + reach); ++z) bricks.push_back({x, y, z});
-  behind_->extend(bricks, static_cast<float>(reach));
+  behind_->extend(bricks, static_cast<float>(reach)).finish();
   const auto there = around(*behind_, place, [](Coord, int, float& height) {
     height = 0;
     return true;
@@ -284,7 +284,7 @@ Vec3d Raising::lifted(const Vec3d& place) {
   return place + quantised(there->foot * std::min(before_ / there->u, 1.0f));
 }
 
-void Raising::begin(Sampler&, std::span<const Stamp> images, std::span<const Coord> bricks) {
+Steps Raising::begin(Sampler&, std::span<const Stamp> images, std::span<const Coord> bricks) {
   asked_ = bricks.size();
   radius_ = 0;
   for (const Stamp& each : images) radius_ = std::max(radius_, static_cast<float>(each.largestRadius()));
@@ -292,7 +292,8 @@ void Raising::begin(Sampler&, std::span<const Stamp> images, std::span<const Coo
   // stroke begins with, and begins anew with, is all that its tip covers.
   const float needed = std::min(highest_ + step(), limit()),
               ahead = std::min({needed + kAhead, most() + step(), limit(), kMostAtOnce});
-  base_->extend(bricks, std::ceil((band_ + std::max(needed, ahead) + kBeyond) / kReachStep) * kReachStep);
+  const float reach = std::ceil((band_ + std::max(needed, ahead) + kBeyond) / kReachStep) * kReachStep;
+  for (Steps each = base_->extend(bricks, reach); each.next();) co_yield Steps::kPause;
   std::vector<Stamp> stamps(images.begin(), images.end());
   for (size_t i = 0; i < stamps.size(); ++i) {
     stamps[i].a = lowered(lifted(images[i].a));
@@ -311,17 +312,21 @@ void Raising::begin(Sampler&, std::span<const Stamp> images, std::span<const Coo
     if (!layer) layer = std::make_unique<Layer>();
     work[i].second = layer.get();
   }
-  parallelBlocks(
-      bricks.size(), bricks.size() >= kParallelFrom ? threads_ : 1,
-      [&](size_t begin, size_t end) {
-        for (size_t i = begin; i < end; ++i)
-          if (work[i].second) apply(bricks[i], *work[i].first, stamps, *work[i].second);
-      },
-      16);
+  for (size_t from = 0; from < bricks.size(); from += kBricksAStep) {
+    co_yield Steps::kPause;
+    const size_t some = std::min(kBricksAStep, bricks.size() - from);
+    parallelBlocks(
+        some, some >= kParallelFrom ? threads_ : 1,
+        [&](size_t begin, size_t end) {
+          for (size_t i = from + begin; i < from + end; ++i)
+            if (work[i].second) apply(bricks[i], *work[i].first, stamps, *work[i].second);
+        },
+        16);
+  }
   for (const auto& each : work)
     if (each.second) highest_ = std::max(highest_, each.second->most);
   // Where a brick is asked for together with all below it the stroke need not keep more than the heights that it laid.
-  if (!everywhere_ || base_->size() < mostBricks()) return;
+  if (!everywhere_ || base_->size() < mostBricks()) co_return;
   base_->keepOnly(bricks);
   std::erase_if(layers_, [&](const auto& entry) {
     return entry.second->most == 0 && !std::binary_search(bricks.begin(), bricks.end(), entry.first);

@@ -35,7 +35,7 @@ class Smoothing : public DistanceMethod {
         threads_(context.threads) {}
 
   Renew leaves() const override { return Renew::all; }
-  void begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) override;
+  Steps begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) override;
   bool brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const override;
 
  private:
@@ -64,14 +64,14 @@ class Smoothing : public DistanceMethod {
   float putBack_ = 0;
 };
 
-void Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) {
+Steps Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) {
   const bool keep = operation_.method == Method::smoothKeep;
   double radius = 0;
   for (const Stamp& each : images) radius = std::max(radius, each.largestRadius());
   bricks_.clear();
   putBack_ = 0;
   near_ = !keep && radius <= kFineRadius;
-  if (near_) return;
+  if (near_) co_return;
   // A brick without a surface is the same all over, and its mean with it but for what its neighbours say beside the
   // band's edge.
   std::copy_if(bricks.begin(), bricks.end(), std::back_inserter(bricks_),
@@ -83,14 +83,17 @@ void Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span<
   means_.resize(bricks_.size());
   weights_.resize(bricks_.size());
   for (int spacing = 1; spacing <= 4; spacing *= 2) {
-    forBrickRanges(bricks_.size(), threads_, [&](size_t begin, size_t end) {
-      Sampler mine = before;
-      float broad[kBroadSize] = {};
-      for (size_t i = begin; i < end; ++i) {
-        gatherBroad(mine, bricks_[i], spacing, broad, spacing > 1 ? meansAround(i).data() : nullptr);
-        broadMean(broad, spacing, weights_[i].of);
-      }
-    });
+    for (size_t from = 0; from < bricks_.size(); from += kBricksAStep) {
+      forBrickRanges(std::min(kBricksAStep, bricks_.size() - from), threads_, [&](size_t begin, size_t end) {
+        Sampler mine = before;
+        float broad[kBroadSize] = {};
+        for (size_t i = from + begin; i < from + end; ++i) {
+          gatherBroad(mine, bricks_[i], spacing, broad, spacing > 1 ? meansAround(i).data() : nullptr);
+          broadMean(broad, spacing, weights_[i].of);
+        }
+      });
+      co_yield Steps::kPause;
+    }
     std::swap(means_, weights_);
     variance += 0.5 * spacing * spacing;
     if (variance >= wanted) break;
@@ -111,7 +114,7 @@ void Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span<
       }
     }
   });
-  if (!keep) return;
+  if (!keep) co_return;
   // What was taken is put back along the normals, by the same weights: Newton on the one number that says how much.
   // Volume is the length that lies inside of the lines of voxels along each axis.
   struct Edge {

@@ -30,8 +30,8 @@ class Sweep : public DistanceMethod {
 
   // A blend is that of the clay before the stroke with all that the tip swept so far: it does not grow with the count
   // of stamps. Where that clay had no surface it is laid on.
-  void begin(Sampler&, std::span<const Stamp> images, std::span<const Coord> bricks) override {
-    if (blend_ == 0) return;
+  Steps begin(Sampler&, std::span<const Stamp> images, std::span<const Coord> bricks) override {
+    if (blend_ == 0) co_return;
     std::vector<std::pair<Coord, Swept*>> work;
     for (const Coord coord : bricks) {
       if (base_.find(coord).isTile()) continue;
@@ -42,13 +42,17 @@ class Sweep : public DistanceMethod {
       }
       work.emplace_back(coord, swept.get());
     }
-    forEachBrickOf(work.size(), threads_, [&](size_t i) {
-      float one[kBrickVoxels];
-      for (const Stamp& image : images) {
-        tipDistances(*brush_, image, work[i].first, one);
-        for (size_t v = 0; v < kBrickVoxels; ++v) (*work[i].second)[v] = std::min((*work[i].second)[v], one[v]);
-      }
-    });
+    for (size_t from = 0; from < work.size(); from += kBricksAStep) {
+      if (from > 0) co_yield Steps::kPause;
+      forEachBrickOf(std::min(kBricksAStep, work.size() - from), threads_, [&](size_t i) {
+        float one[kBrickVoxels];
+        const auto& [coord, swept] = work[from + i];
+        for (const Stamp& image : images) {
+          tipDistances(*brush_, image, coord, one);
+          for (size_t v = 0; v < kBrickVoxels; ++v) (*swept)[v] = std::min((*swept)[v], one[v]);
+        }
+      });
+    }
   }
 
   bool brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const override {

@@ -86,7 +86,7 @@ class Warping : public DistanceMethod {
     return std::max(1, static_cast<int>(std::ceil(mostMove(images) / kMostMove)));
   }
 
-  void begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord>) override {
+  Steps begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord>) override {
     tool_->begin(before, images);
     int spacing = 1 << 12;
     for (const Stamp& s : images) spacing = std::min(spacing, spacingFor(s));
@@ -109,6 +109,7 @@ class Warping : public DistanceMethod {
     moved_ = sorted.size();
     for (const Stamp& s : images) largest_ = std::max(largest_, s.largestRadius());
     for (const Coord block : sorted) farthest_ = std::max(farthest_, field_->farthest(block));
+    co_return;
   }
 
   bool brick(Sampler& before, std::span<const Stamp>, Coord coord, float (&phi)[kBrickVoxels]) const override;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "clay/base/error.h"
 #include "clay/cage/net_fit.h"
 #include "clay/surface/surface.h"
 
@@ -12,8 +13,11 @@ namespace {
 
 constexpr int kTries = 3;  // cages
 constexpr int kTryRounds = 2, kRounds = 4;
-constexpr int kTrySpan = 2, kPerSpan = 4;  // places along a span that deviations are taken at
-constexpr double kMostOfMost = 3;          // an outlier may be so many times as far as 99 of 100 places
+constexpr int kTrySpan = 2, kPerSpan = 8;  // places along a span that deviations are taken at
+// Of fitPatchesWithin(): where it begins, how far it goes from try to try, and how much fewer are worth another.
+constexpr size_t kFirstQuads = 500, kFewestQuads = 24, kMostTries = 6;
+constexpr double kLeastStep = 1.25, kMostStep = 4;
+constexpr double kMostOfMost = 3;  // an outlier may be so many times as far as 99 of 100 places
 
 double scoreOf(const PatchDeviation& deviation) {
   double score = 0;
@@ -43,9 +47,7 @@ std::vector<float> offOf(const CageMaker& maker, const PatchSurface& surface) {
   return off;
 }
 
-}  // namespace
-
-FittedPatches fitPatches(const Version& version, size_t most, int threads, const WorkPart& part) {
+FittedPatches fitted(const Version& version, size_t most, double limitMm, int threads, const WorkPart& part) {
   CageMaker maker(version, most, threads, part.part(0, 0.1));
   FittedPatches result;
   double best = INFINITY;
@@ -68,8 +70,59 @@ FittedPatches fitPatches(const Version& version, size_t most, int threads, const
   const TriangleMesh clay = fine.toMesh();
   const NearestTriangle tree(clay);
   result.surface = fittedNet(result.cage.mesh, clay, tree, kRounds, threads, part.part(0.6, 0.9));
-  result.deviation = deviationOf(result.surface, clay, kPerSpan, threads, part.part(0.9, 1));
+  result.deviation = deviationOf(result.surface, clay, kPerSpan, threads, part.part(0.9, 1), limitMm);
   return result;
+}
+
+}  // namespace
+
+FittedPatches fitPatches(const Version& version, size_t most, int threads, const WorkPart& part) {
+  return fitted(version, most, HUGE_VAL, threads, part);
+}
+
+// The farthest place comes nearer about as the count of quads grows (NOTES.md, "Within an error"). A step that met the
+// error is halved against the last one that did not, as far as it pays.
+FittedPatches fitPatchesWithin(const Version& version, double errorMm, size_t most, int threads, const WorkPart& part,
+                               std::vector<PatchTry>& tries) {
+  if (!(errorMm > 0) || !std::isfinite(errorMm)) throw Error("the error of patches is a length above zero");
+  FittedPatches best;
+  double bestMissed = HUGE_VAL;  // above 1: not within
+  size_t tooFew = 0;
+  for (size_t quads = std::min(kFirstQuads, most), i = 0; i < kMostTries; ++i) {
+    const WorkPart own = part.part(double(i) / kMostTries, double(i + 1) / kMostTries);
+    size_t next = 0;
+    try {
+      FittedPatches now = fitted(version, quads, errorMm, threads, own);
+      tries.push_back({now.surface.patches.size(), now.deviation.mostMm(), now.deviation.boundMm});
+      const double missed = std::max(tries.back().mostMm, tries.back().boundMm) / errorMm;
+      // Of those within it the fewest, else the nearest.
+      const bool fewer = bestMissed > 1 || now.surface.patches.size() < best.surface.patches.size();
+      if (missed <= 1 ? fewer : missed < bestMissed) {
+        best = std::move(now);
+        bestMissed = missed;
+      }
+      if (missed > 1)
+        tooFew = std::max(tooFew, quads);
+      else if (tooFew == 0)
+        next = static_cast<size_t>(double(quads) * std::max(missed, 1 / kMostStep));
+      if (missed > 1 && bestMissed > 1)
+        next = static_cast<size_t>(double(quads) * std::clamp(1.2 * missed, kLeastStep, kMostStep));
+    } catch (const Cancelled&) {
+      throw;
+    } catch (const Error&) {
+      // So few that no cage keeps the shape.
+      if (quads >= most && tries.empty()) throw;
+      tooFew = std::max(tooFew, quads);
+      if (bestMissed > 1) next = static_cast<size_t>(double(quads) * kMostStep);
+    }
+    if (next == 0) next = (tooFew + best.surface.patches.size()) / 2;
+    next = std::clamp(next, std::min(kFewestQuads, most), most);
+    const bool pays = double(next) * kLeastStep < double(best.surface.patches.size());
+    if (next == quads || next <= tooFew || (bestMissed <= 1 && !pays)) break;
+    quads = next;
+  }
+  part.step(1);
+  return best;
 }
 
 }  // namespace argil::clay

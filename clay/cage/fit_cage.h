@@ -20,4 +20,16 @@ struct FittedPatches {
 /// threads. Throws as coarseCage(). Cost: 30 to 50 ms a quad.
 [[nodiscard]] FittedPatches fitPatches(const Version& version, size_t most, int threads, const WorkPart& part);
 
+/// A count of quads that was tried.
+struct PatchTry {
+  size_t quads = 0;
+  double mostMm = 0;   ///< The farthest place of either way,
+  double boundMm = 0;  ///< and what none lies beyond.
+};
+/// Patches that lie within `errorMm` of the clay everywhere, both ways, with their bound: as few as a handful of tries
+/// finds, `most` at most. Where that many do not reach it, those that come nearest, with `deviation.far`. `tries`: in
+/// the order in which they were made. Throws as fitPatches(). Cost: that of each try.
+[[nodiscard]] FittedPatches fitPatchesWithin(const Version& version, double errorMm, size_t most, int threads,
+                                             const WorkPart& part, std::vector<PatchTry>& tries);
+
 }  // namespace argil::clay

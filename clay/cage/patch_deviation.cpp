@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kBlock = 256;
 
-OneWay summed(std::vector<double>& squared, const std::vector<Vec3d>& places) {
+OneWay summed(std::vector<double> squared, const std::vector<Vec3d>& places) {
   OneWay way;
   way.points = squared.size();
   if (squared.empty()) return way;
@@ -27,7 +27,7 @@ OneWay summed(std::vector<double>& squared, const std::vector<Vec3d>& places) {
   return way;
 }
 
-OneWay distances(const std::vector<Vec3d>& from, const TriangleMesh& to, int threads) {
+std::vector<double> squaresFrom(const std::vector<Vec3d>& from, const TriangleMesh& to, int threads) {
   const NearestTriangle tree(to);
   std::vector<double> squared(from.size());
   parallelBlocks(
@@ -41,7 +41,26 @@ OneWay distances(const std::vector<Vec3d>& from, const TriangleMesh& to, int thr
         }
       },
       kBlock);
-  return summed(squared, from);
+  return squared;
+}
+
+using Far = std::vector<PatchDeviation::Place>;
+
+void addFar(const std::vector<Vec3d>& places, const std::vector<double>& squared, double limitMm, Far& far) {
+  for (size_t i = 0; i < places.size(); ++i)
+    if (squared[i] > limitMm * limitMm) far.push_back({places[i], std::sqrt(squared[i])});
+}
+
+// Of places that lie near one another the farthest.
+Far thinned(Far far, double apartMm) {
+  std::stable_sort(far.begin(), far.end(), [](const auto& a, const auto& b) { return a.offMm > b.offMm; });
+  Far kept;
+  for (const PatchDeviation::Place& each : far) {
+    if (kept.size() == kMostFarPlaces) break;
+    if (std::all_of(kept.begin(), kept.end(), [&](const auto& k) { return (k.mm - each.mm).norm() > apartMm; }))
+      kept.push_back(each);
+  }
+  return kept;
 }
 
 }  // namespace
@@ -85,25 +104,36 @@ TriangleMesh meshOf(const PatchSurface& surface, int perSpan) {
 }
 
 PatchDeviation deviationOf(const PatchSurface& surface, const TriangleMesh& clay, int perSpan, int threads,
-                           const WorkPart& part) {
+                           const WorkPart& part, double limitMm) {
   const TriangleMesh mesh = meshOf(surface, perSpan);
   PatchDeviation deviation;
-  deviation.fromPatches = distances(mesh.positions, clay, threads);
+  const std::vector<double> there = squaresFrom(mesh.positions, clay, threads);
   part.step(0.5);
-  deviation.fromClay = distances(clay.positions, mesh, threads);
+  const std::vector<double> back = squaresFrom(clay.positions, mesh, threads);
   part.step(1);
-  // Between places a surface that turns by no more than its neighbouring triangles do strays from them by this much.
-  double bend = 0;
+  deviation.fromPatches = summed(there, mesh.positions);
+  deviation.fromClay = summed(back, clay.positions);
+  Far far;
+  addFar(mesh.positions, there, limitMm, far);
+  addFar(clay.positions, back, limitMm, far);
+  if (!far.empty()) {
+    Eigen::AlignedBox3d box;
+    for (const Vec3d& each : clay.positions) box.extend(each);
+    deviation.far = thinned(std::move(far), box.sizes().maxCoeff() / 50);
+  }
+  // A surface that turns evenly by t from place to place, l apart, strays from the triangles between them by l·t/4 at
+  // most (what lies under a right-angled one on a ball), and so does the other.
   std::vector<Vec3d> normals(mesh.positions.size(), Vec3d::Zero());
   for (const auto& t : mesh.triangles)
     for (const uint32_t v : t)
       normals[v] += (mesh.positions[t[1]] - mesh.positions[t[0]]).cross(mesh.positions[t[2]] - mesh.positions[t[0]]);
   for (const auto& t : mesh.triangles)
     for (size_t s = 0; s < 3; ++s) {
-      const Vec3d a = normals[t[s]].normalized(), b = normals[t[(s + 1) % 3]].normalized();
-      bend = std::max(bend, (mesh.positions[t[s]] - mesh.positions[t[(s + 1) % 3]]).norm() * a.cross(b).norm());
+      const uint32_t from = t[s], to = t[(s + 1) % 3];
+      const double bend = 0.5 * (mesh.positions[from] - mesh.positions[to]).norm() *
+                          normals[from].normalized().cross(normals[to].normalized()).norm();
+      deviation.boundMm = std::max(deviation.boundMm, std::sqrt(std::max(there[from], there[to])) + bend);
     }
-  deviation.boundMm = deviation.fromPatches.max + bend;
   return deviation;
 }
 

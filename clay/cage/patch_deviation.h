@@ -1,6 +1,10 @@
 #pragma once
 // How far smooth patches lie off a clay.
 
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
 #include "clay/base/work_part.h"
 #include "clay/cage/patch_net.h"
 #include "clay/mesh/triangle_mesh.h"
@@ -18,11 +22,20 @@ struct PatchDeviation {
   /// Of the patches: no place of them lies farther off than this, as long as neither surface bends by more between two
   /// places that were looked at than it does at these.
   double boundMm = 0;
+  /// The farthest places of either way, the farthest first, a fiftieth of the size apart: those beyond a limit, at most
+  /// kMostFarPlaces.
+  struct Place {
+    Vec3d mm = Vec3d::Zero();
+    double offMm = 0;
+  };
+  std::vector<Place> far;
+  [[nodiscard]] double mostMm() const { return std::max(fromPatches.max, fromClay.max); }
 };
+inline constexpr size_t kMostFarPlaces = 10;
 
-/// Both ways, at `perSpan`² places a span and at every vertex of the clay's mesh.
+/// Both ways, at `perSpan`² places a span and at every vertex of the clay's mesh. `limitMm`: what counts as far.
 [[nodiscard]] PatchDeviation deviationOf(const PatchSurface& surface, const TriangleMesh& clay, int perSpan,
-                                         int threads, const WorkPart& part);
+                                         int threads, const WorkPart& part, double limitMm = HUGE_VAL);
 
 /// Triangles between `perSpan`² places a span, counter-clockwise seen from outside, closed.
 [[nodiscard]] TriangleMesh meshOf(const PatchSurface& surface, int perSpan);

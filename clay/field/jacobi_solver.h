@@ -5,7 +5,10 @@
 #include <array>
 #include <bit>
 #include <cstring>
+#include <memory>
+#include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "clay/field/redistance.h"
@@ -19,8 +22,8 @@ namespace argil::clay {
 /// eight voxels along z rest while nothing changes that they are computed from: what moves is a front, and most of a
 /// brick lies before or behind it. The order of bricks and the count of threads change nothing.
 ///
-/// One at a time on a thread (else std::logic_error), which keeps its memory (scratch.h): 4.2 KB a brick, 256 bytes
-/// more a layer and face without a neighbour.
+/// 4.2 KB a brick, 256 bytes more a layer and face without a neighbour: memory that the thread keeps (scratch.h), for
+/// one solver at a time (else std::logic_error), or its own.
 template <int layers>
 class JacobiSolver {
  public:
@@ -30,15 +33,23 @@ class JacobiSolver {
   static constexpr int offset(int x, int y, int z) { return (x * kEdge + y) * kRow + z; }
   static constexpr int kAroundSize = kEdge * kEdge * kRow + 16;
 
+  enum class Memory { ofThread, own };
   /// `coords`: sorted, each once.
-  JacobiSolver(std::span<const Coord> coords, int threads)
+  JacobiSolver(std::span<const Coord> coords, int threads, Memory memory = Memory::ofThread)
       : beside_(besideEach(coords, kFaceSteps)), threads_(threads) {
-    bricks_ = Scratch::of<Solved>(coords.size(), Scratch::Room::bricks);
     size_t rims = 0;
     for (auto& faces : beside_)
       for (ptrdiff_t& face : faces)
         if (face < 0) face = -1 - static_cast<ptrdiff_t>(rims++);
-    rims_ = Scratch::of<Rim>(rims, Scratch::Room::rims);
+    if (memory == Memory::own) {
+      own_ = {std::make_unique_for_overwrite<Solved[]>(coords.size()), std::make_unique_for_overwrite<Rim[]>(rims)};
+      bricks_ = {own_.first.get(), coords.size()};
+      rims_ = {own_.second.get(), rims};
+    } else {
+      hold_.emplace();
+      bricks_ = Scratch::of<Solved>(coords.size(), Scratch::Room::bricks);
+      rims_ = Scratch::of<Rim>(rims, Scratch::Room::rims);
+    }
   }
 
   /// Whether the brick across a face (kFaceSteps) is solved too: else what stands there has to be known when brick i
@@ -67,19 +78,24 @@ class JacobiSolver {
   /// and returns those that differ. At most `passes` times, fewer once nothing changes.
   template <class Pass>
   void run(int passes, const Pass& pass) {
-    for (int count = 0; count < passes; ++count) {
-      forEachBrickOf(bricks_.size(), threads_, [&](size_t i) {
-        Solved& b = bricks_[i];
-        b.changed = 0;
-        if (b.rows == 0) return;  // Both of its buffers hold the same.
-        float surroundings[kAroundSize];
-        gather(i, b.rows, surroundings);
-        b.changed = pass(surroundings, b.frozen, b.rows, b.u[now_ ^ 1]);
-      });
-      if (std::none_of(bricks_.begin(), bricks_.end(), [](const Solved& b) { return b.changed != 0; })) return;
-      now_ ^= 1;
-      for (size_t i = 0; i < bricks_.size(); ++i) bricks_[i].rows = bricks_[i].open & rowsThatFollow(i);
+    for (int count = 0; count < passes && runOnce(pass); ++count) {
     }
+  }
+  /// One of the passes of run(); false where nothing changed.
+  template <class Pass>
+  bool runOnce(const Pass& pass) {
+    forEachBrickOf(bricks_.size(), threads_, [&](size_t i) {
+      Solved& b = bricks_[i];
+      b.changed = 0;
+      if (b.rows == 0) return;  // Both of its buffers hold the same.
+      float surroundings[kAroundSize];
+      gather(i, b.rows, surroundings);
+      b.changed = pass(surroundings, b.frozen, b.rows, b.u[now_ ^ 1]);
+    });
+    if (std::none_of(bricks_.begin(), bricks_.end(), [](const Solved& b) { return b.changed != 0; })) return false;
+    now_ ^= 1;
+    for (size_t i = 0; i < bricks_.size(); ++i) bricks_[i].rows = bricks_[i].open & rowsThatFollow(i);
+    return true;
   }
 
   /// The 512 values of brick `i` as they are now, and with their layers by offset() (nothing else of `out` is written).
@@ -195,7 +211,8 @@ class JacobiSolver {
     forRim(face, [&](size_t at, int place) { out[place] = rim[at]; });
   }
 
-  Scratch::Hold hold_;
+  std::optional<Scratch::Hold> hold_;
+  std::pair<std::unique_ptr<Solved[]>, std::unique_ptr<Rim[]>> own_;
   std::vector<std::array<ptrdiff_t, 6>> beside_;  // index of the neighbour across each face; −1 − that of a rim
   int threads_;
   std::span<Solved> bricks_;

@@ -53,14 +53,15 @@ std::vector<Coord> linkSettled(Editor& editor, std::span<const SettledBrick> set
 
 namespace {
 
-std::vector<SettledBrick> solve(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew,
-                                std::span<const uint8_t> wanted, int threads, const Redistancing& options) {
+std::vector<SettledBrick> solve(const Sampler& before, Editor& editor, std::span<const Coord> coords,
+                                std::span<const Renew> renew, std::span<const uint8_t> wanted, int threads,
+                                const Redistancing& options) {
   const bool masks = editor.has(Channel::mask);
   const float band = editor.grid().band;
   std::vector<Slot> sources(coords.size());
   JacobiSolver<1> solver(coords, threads);
   forBrickRanges(coords.size(), threads, [&](size_t begin, size_t end) {
-    Sampler field(editor);
+    Sampler field = before;
     for (size_t i = begin; i < end; ++i) {
       float padded[kPaddedSize], u[kPaddedSize];
       uint64_t frozen[kBrickEdge];
@@ -88,7 +89,7 @@ std::vector<SettledBrick> solve(Editor& editor, std::span<const Coord> coords, s
 
 std::vector<SettledBrick> solveDistances(Editor& editor, std::span<const Coord> coords, std::span<const uint8_t> wanted,
                                          int threads) {
-  return solve(editor, coords, {}, wanted, threads, {});
+  return solve(Sampler(editor), editor, coords, {}, wanted, threads, {});
 }
 
 namespace {
@@ -126,30 +127,43 @@ void divide(std::vector<Coord> coords, size_t most, std::vector<CoordBox>& boxes
 
 }  // namespace
 
-std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew, int threads,
-                              const Redistancing& options) {
-  const bool all = std::any_of(renew.begin(), renew.end(), [](Renew how) { return how == Renew::all; });
-  const auto solved = [&](std::span<const Coord> some, std::span<const Renew> how, std::span<const uint8_t> wanted) {
-    return all ? renewDistances(editor, some, how, wanted, threads, options)
-               : solve(editor, some, how, wanted, threads, options);
-  };
-  if (coords.size() <= options.atOnce) return linkSettled(editor, solved(coords, renew, {}));
+std::vector<RedistancePart> redistanceParts(std::vector<Coord> coords, std::vector<Renew> renew, float band,
+                                            const Redistancing& how) {
+  const bool all = std::count(renew.begin(), renew.end(), Renew::all) > 0;
+  std::vector<RedistancePart> parts;
+  if (coords.size() <= how.atOnce) {
+    parts.push_back({std::move(coords), std::move(renew), {}, all});
+    return parts;
+  }
   // A pass takes what is known two voxels farther at most: what lies beyond so many bricks says nothing.
-  const int rim = (2 * passesOf(editor.grid().band) + kBrickEdge - 1) / kBrickEdge;
-  std::vector<CoordBox> parts;
-  divide({coords.begin(), coords.end()}, options.atOnce, parts);
-  std::vector<SettledBrick> settled;
-  for (const CoordBox& part : parts) {
-    std::vector<Coord> some;
-    std::vector<Renew> how;
-    std::vector<uint8_t> wanted;
+  const int rim = (2 * passesOf(band) + kBrickEdge - 1) / kBrickEdge;
+  std::vector<CoordBox> boxes;
+  divide(coords, how.atOnce, boxes);
+  for (const CoordBox& box : boxes) {
+    RedistancePart& part = parts.emplace_back();
+    part.all = all;
     for (size_t i = 0; i < coords.size(); ++i) {
-      if (!part.holds(coords[i], rim)) continue;
-      some.push_back(coords[i]);
-      if (!renew.empty()) how.push_back(renew[i]);
-      wanted.push_back(part.holds(coords[i]));
+      if (!box.holds(coords[i], rim)) continue;
+      part.bricks.push_back(coords[i]);
+      if (!renew.empty()) part.renew.push_back(renew[i]);
+      part.wanted.push_back(box.holds(coords[i]));
     }
-    const std::vector<SettledBrick> now = solved(some, how, wanted);
+  }
+  return parts;
+}
+
+std::vector<SettledBrick> redistancePart(const Sampler& field, Editor& editor, const RedistancePart& part, int threads,
+                                         const Redistancing& how) {
+  return part.all ? renewDistances(field, editor, part.bricks, part.renew, part.wanted, threads, how)
+                  : solve(field, editor, part.bricks, part.renew, part.wanted, threads, how);
+}
+
+std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew, int threads,
+                              const Redistancing& how) {
+  std::vector<SettledBrick> settled;
+  for (const RedistancePart& part :
+       redistanceParts({coords.begin(), coords.end()}, {renew.begin(), renew.end()}, editor.grid().band, how)) {
+    const std::vector<SettledBrick> now = redistancePart(Sampler(editor), editor, part, threads, how);
     settled.insert(settled.end(), now.begin(), now.end());
   }
   return linkSettled(editor, settled);

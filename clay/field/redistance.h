@@ -55,6 +55,28 @@ struct Redistancing {
 std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew = {},
                               int threads = 1, const Redistancing& how = {});
 
+/// A brick that redistancing changed, not linked yet.
+struct SettledBrick {
+  FloatBrick* brick;
+  bool inBand;
+};
+/// Links them; their coordinates.
+std::vector<Coord> linkSettled(Editor& editor, std::span<const SettledBrick> settled);
+
+/// redistance() for whoever does something else between its parts: each solved from the same field, and linked when he
+/// likes.
+struct RedistancePart {
+  std::vector<Coord> bricks;  ///< Sorted.
+  std::vector<Renew> renew;
+  std::vector<uint8_t> wanted;  ///< 0: comes in as a boundary alone. None: all are wanted.
+  bool all = false;             ///< Some brick, of whatever part, has Renew::all.
+};
+[[nodiscard]] std::vector<RedistancePart> redistanceParts(std::vector<Coord> coords, std::vector<Renew> renew,
+                                                          float band, const Redistancing& how);
+/// `field`: the clay before the first part.
+[[nodiscard]] std::vector<SettledBrick> redistancePart(const Sampler& field, Editor& editor, const RedistancePart& part,
+                                                       int threads, const Redistancing& how);
+
 /// Passes after which the whole band is solved. Information travels one voxel along an axis a pass; from a frozen voxel
 /// to the band's edge a diagonal of `band` voxels takes √3 times as many steps: six at three voxels, where a narrower
 /// band does not take fewer.
@@ -64,11 +86,6 @@ std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std
 inline constexpr float kSlopeTolerance = 0.02f;
 inline constexpr float kRenewTolerance = 0.002f;
 
-/// A brick that redistancing changed, not linked yet.
-struct SettledBrick {
-  FloatBrick* brick;
-  bool inBand;
-};
 /// As redistance() with no `renew`, but of bricks from `coords` those for which `wanted` is not 0 are given back
 /// instead of linked, so that others can be solved from the same field.
 std::vector<SettledBrick> solveDistances(Editor& editor, std::span<const Coord> coords, std::span<const uint8_t> wanted,
@@ -112,7 +129,5 @@ std::vector<SettledBrick> settleBricks(Editor& editor, std::span<const Coord> co
   }
   return settled;
 }
-/// Links them; their coordinates.
-std::vector<Coord> linkSettled(Editor& editor, std::span<const SettledBrick> settled);
 
 }  // namespace argil::clay

@@ -121,14 +121,15 @@ void Renewal::sizes(size_t i, float* out) const {
   for (int v = 0; v < kBrickVoxels; ++v) out[v] = std::min(std::abs(u[v]), band_);
 }
 
-std::vector<SettledBrick> renewDistances(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew,
-                                         std::span<const uint8_t> wanted, int threads, const Redistancing& options) {
+std::vector<SettledBrick> renewDistances(const Sampler& before, Editor& editor, std::span<const Coord> coords,
+                                         std::span<const Renew> renew, std::span<const uint8_t> wanted, int threads,
+                                         const Redistancing& options) {
   const float band = editor.grid().band;
   const bool masks = editor.has(Channel::mask);
   std::vector<Slot> sources(coords.size());
   Renewal renewal(coords, band, threads);
   forBrickRanges(coords.size(), threads, [&](size_t begin, size_t end) {
-    Sampler field(editor);
+    Sampler field = before;
     float broad[kBroadSize] = {};
     for (size_t i = begin; i < end; ++i) {
       gatherBroad(field, coords[i], 4, broad);

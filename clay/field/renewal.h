@@ -32,9 +32,9 @@ class Renewal {
   JacobiSolver<2> solver_;
 };
 
-/// What redistance() does where a `renew` is Renew::all. `coords` and `renew`: as redistance(); `wanted` and the
-/// result: as solveDistances().
-std::vector<SettledBrick> renewDistances(Editor& editor, std::span<const Coord> coords, std::span<const Renew> renew,
-                                         std::span<const uint8_t> wanted, int threads, const Redistancing& options);
+/// What redistancePart() does where a `renew` is Renew::all.
+std::vector<SettledBrick> renewDistances(const Sampler& before, Editor& editor, std::span<const Coord> coords,
+                                         std::span<const Renew> renew, std::span<const uint8_t> wanted, int threads,
+                                         const Redistancing& options);
 
 }  // namespace argil::clay

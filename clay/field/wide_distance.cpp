@@ -9,6 +9,8 @@ namespace argil::clay {
 
 namespace {
 
+// Bricks that are made, or looked at, between two pauses.
+constexpr size_t kBricksAStep = 512;
 // Voxels within this of what was asked for have a neighbour that is not known, so their foot is only a guess.
 constexpr float kMargin = 1;
 
@@ -39,22 +41,22 @@ void WideDistance::keepOnly(std::span<const Coord> bricks) {
                 [&](const auto& entry) { return !std::binary_search(bricks.begin(), bricks.end(), entry.first); });
 }
 
-void WideDistance::extend(std::span<const Coord> bricks, float reach) {
+Steps WideDistance::extend(std::span<const Coord> bricks, float reach) {
   const float band = version_.grid().band;
   BrickSet wanted;
-  std::vector<Coord> fresh;
   bool any = false;
-  for (const Coord c : bricks) {
+  for (size_t made = 0; const Coord c : bricks) {
     const Block* block = find(c);
     if (block && block->solvedTo >= reach) continue;
     if (!block) {
       const Slot slot = version_.find(c);
       // All of it lies beyond the surface, where nobody asks.
       if (slot.isTile() && side_ * slot.phi(0, band) < 0) continue;
-      auto made = std::make_unique<Block>();
-      readSlot(slot, band, side_, made->u);
-      for (int i = 0; i < kBrickVoxels; ++i) made->frozen[i >> 6] |= uint64_t{made->u[i] < band} << (i & 63);
-      blocks_.emplace(c, std::move(made));
+      auto fresh = std::make_unique<Block>();
+      readSlot(slot, band, side_, fresh->u);
+      for (int i = 0; i < kBrickVoxels; ++i) fresh->frozen[i >> 6] |= uint64_t{fresh->u[i] < band} << (i & 63);
+      blocks_.emplace(c, std::move(fresh));
+      if (++made % kBricksAStep == 0) co_yield Steps::kPause;
     }
     any = true;
     wanted.add(c);
@@ -62,22 +64,24 @@ void WideDistance::extend(std::span<const Coord> bricks, float reach) {
     for (const Coord step : kFaceSteps)
       if (find(c + step)) wanted.add(c + step);
   }
-  if (!any) return;
+  if (!any) co_return;
   std::vector<Coord> all = wanted.sorted();
   std::sort(all.begin(), all.end());
   std::vector<Block*> blocks(all.size());
   for (size_t i = 0; i < all.size(); ++i) blocks[i] = blocks_.at(all[i]).get();
-  JacobiSolver<2> solver(all, threads_);
-  forEachBrickOf(all.size(), threads_, [&](size_t i) {
+  const bool inSteps = all.size() > kBricksAStep;
+  using Solver = JacobiSolver<2>;
+  Solver solver(all, threads_, inSteps ? Solver::Memory::own : Solver::Memory::ofThread);
+  const auto begin = [&](size_t i) {
     float wide[kWideSize], read[kBrickVoxels];
-    JacobiSolver<2>::putBrick(blocks[i]->u, wide);
+    Solver::putBrick(blocks[i]->u, wide);
     // Around what is solved: from blocks where there are any, else from the version.
     for (size_t face = 0; face < 6; ++face) {
       if (solver.hasBeside(i, face)) continue;
       const Coord near = all[i] + kFaceSteps[face];
       const Block* block = find(near);
       if (!block) readSlot(version_.find(near), band, side_, read);
-      JacobiSolver<2>::putFace(block ? block->u : read, face, wide);
+      Solver::putFace(block ? block->u : read, face, wide);
     }
     uint64_t unknown = 0;
     for (int row = 0; row < kBrickEdge * kBrickEdge; ++row) {
@@ -86,13 +90,19 @@ void WideDistance::extend(std::span<const Coord> bricks, float reach) {
                  << row;
     }
     solver.begin(i, wide, blocks[i]->frozen, unknown);
-  });
+  };
+  for (size_t from = 0; from < all.size(); from += kBricksAStep) {
+    forEachBrickOf(std::min(kBricksAStep, all.size() - from), threads_, [&](size_t i) { begin(from + i); });
+    if (inSteps) co_yield Steps::kPause;
+  }
   // What is known travels a voxel along an axis a pass and is settled once all upwind of it is.
   const int passes = static_cast<int>(std::ceil(2 * (reach - band))) + 6;
-  solver.run(passes, [&](const float* around, const uint64_t* frozen, uint64_t rows, float* out) {
+  const auto pass = [&](const float* around, const uint64_t* frozen, uint64_t rows, float* out) {
     return widePass(around, frozen, rows, reach, out);
-  });
-  forEachBrickOf(all.size(), threads_, [&](size_t i) {
+  };
+  for (int count = 0; count < passes && solver.runOnce(pass); ++count)
+    if (inSteps) co_yield Steps::kPause;
+  const auto end = [&](size_t i) {
     Block& block = *blocks[i];
     block.solvedTo = std::max(block.solvedTo, reach);
     std::copy_n(solver.values(i), kBrickVoxels, block.u);
@@ -104,7 +114,11 @@ void WideDistance::extend(std::span<const Coord> bricks, float reach) {
     float wide[kWideSize];
     solver.around(i, wide);
     wideFeet(wide, block.foot.get(), block.feet);
-  });
+  };
+  for (size_t from = 0; from < all.size(); from += kBricksAStep) {
+    if (inSteps) co_yield Steps::kPause;
+    forEachBrickOf(std::min(kBricksAStep, all.size() - from), threads_, [&](size_t i) { end(from + i); });
+  }
 }
 
 }  // namespace argil::clay

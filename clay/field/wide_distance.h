@@ -7,6 +7,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "clay/base/steps.h"
 #include "clay/kernels/shaping_kernels.h"
 #include "clay/store/brick_set.h"
 #include "clay/store/version.h"
@@ -35,8 +36,9 @@ class WideDistance {
       : version_(std::move(version)), side_(static_cast<float>(side)), threads_(threads) {}
 
   /// Makes distances up to `reach` (voxels, above the band) known in `bricks` (sorted), whose shortest ways to the
-  /// surface must lie in bricks of this or earlier calls. Cost: about 10 µs a new brick, more the farther.
-  void extend(std::span<const Coord> bricks, float reach);
+  /// surface must lie in bricks of this or earlier calls. Cost: about 10 µs a new brick, more the farther. Pauses where
+  /// there are many; until its end nothing else is asked.
+  [[nodiscard]] Steps extend(std::span<const Coord> bricks, float reach);
   /// Forgets all but `bricks` (sorted): what is asked for again is solved again.
   void keepOnly(std::span<const Coord> bricks);
   [[nodiscard]] size_t size() const { return blocks_.size(); }  ///< Bricks that it holds, about 8 KiB each.

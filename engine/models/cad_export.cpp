@@ -7,6 +7,7 @@
 #include "clay/base/error.h"
 #include "clay/cage/fit_cage.h"
 #include "clay/field/region_work.h"
+#include "io/cad/iges_file.h"
 #include "io/cad/step_file.h"
 
 namespace argil::engine {
@@ -21,14 +22,18 @@ std::vector<std::string> writeCad(const std::filesystem::path& file, const Docum
   io::AtomicFile out(file);  // What is wrong with a name is told before the work.
   const clay::WorkPart all(job);
   std::deque<clay::FittedPatches> fitted;
-  std::vector<io::StepBody> bodies;
+  std::vector<io::CadBody> bodies;
   std::vector<std::string> sentences;
   for (size_t i = 0; i < pieces.size(); ++i) {
     const Piece& piece = *pieces[i];
     const double from = 0.9 * double(i) / double(pieces.size()), to = 0.9 * double(i + 1) / double(pieces.size());
-    fitted.push_back(clay::fitPatches(piece.version, what.cadQuads, clay::threadCount(0), all.part(from, to)));
+    const int threads = clay::threadCount(0);
+    std::vector<clay::PatchTry> tries;
+    fitted.push_back(what.cadErrorMm ? clay::fitPatchesWithin(piece.version, *what.cadErrorMm, what.cadQuads, threads,
+                                                           all.part(from, to), tries)
+                                  : clay::fitPatches(piece.version, what.cadQuads, threads, all.part(from, to)));
     const clay::FittedPatches& made = fitted.back();
-    io::StepBody body{piece.name, &made.surface};
+    io::CadBody body{piece.name, &made.surface};
     body.pose.linear() = piece.pose.rotation.toRotationMatrix();
     body.pose.translation() = piece.pose.translation + (what.putBack ? piece.fileOffsetMm : Vec3d::Zero());
     body.colour = piece.colour;
@@ -39,12 +44,28 @@ std::vector<std::string> writeCad(const std::filesystem::path& file, const Docum
         "{:.2g}); from the clay to them {:.2g}, {:.2g}, {:.2g}; {} corners where other than four meet.",
         piece.name, made.surface.patches.size(), there.rms, there.p99, there.max, made.deviation.boundMm, back.rms,
         back.p99, back.max, made.irregular));
+    if (!what.cadErrorMm) continue;
+    std::string sentence = fmt::format("{}: tried ", piece.name);
+    for (const clay::PatchTry& one : tries)
+      sentence += fmt::format("{}{} faces ({:.2g} mm, bound {:.2g})", &one == tries.data() ? "" : ", ", one.quads,
+                              one.mostMm, one.boundMm);
+    sentences.push_back(sentence + ".");
+    if (std::max(made.deviation.mostMm(), made.deviation.boundMm) <= *what.cadErrorMm) continue;
+    sentence = fmt::format("{}: {} faces do not keep within {:g} mm everywhere", piece.name,
+                           made.surface.patches.size(), *what.cadErrorMm);
+    for (const clay::PatchDeviation::Place& each : made.deviation.far) {
+      const Vec3d mm = body.pose * each.mm;
+      sentence += fmt::format("{} {:.2g} mm at ({:.1f}, {:.1f}, {:.1f})",
+                              &each == made.deviation.far.data() ? ":" : ",", each.offMm, mm.x(), mm.y(), mm.z());
+    }
+    sentences.push_back(sentence + (made.deviation.far.empty() ? ": the bound alone is beyond it." : "."));
   }
-  io::writeStep(out, file.stem().string(), bodies, job);
+  const bool iges = io::isIges(file);
+  (iges ? io::writeIges : io::writeStep)(out, file.stem().string(), bodies, job);
   const double megabytes = double(out.bytes()) * 1e-6;
   out.commit();
-  sentences.push_back(fmt::format("{}: {} solid{} written as STEP, {:.1f} MB.", file.filename().string(), bodies.size(),
-                                  bodies.size() == 1 ? "" : "s", megabytes));
+  sentences.push_back(fmt::format("{}: {} solid{} written as {}, {:.1f} MB.", file.filename().string(), bodies.size(),
+                                  bodies.size() == 1 ? "" : "s", iges ? "IGES" : "STEP", megabytes));
   return sentences;
 }
 

@@ -9,9 +9,9 @@
 
 namespace argil::engine {
 
-/// The pieces that count as a STEP file, whole or not at all; `what.cadQuads` faces at most a piece. Sentences for the
-/// person: what was written, how far each lies off its clay both ways, and whether its cage kept the clay's shape.
-/// Throws Error, Cancelled.
+/// The pieces that count as a STEP or IGES file, whole or not at all; `what.cadQuads` faces at most a piece, or as few
+/// as keep within `what.cadErrorMm`. Sentences for the person: what was written, how far each lies off its clay both
+/// ways, and whether its cage kept the clay's shape. Throws Error, Cancelled.
 [[nodiscard]] std::vector<std::string> writeCad(const std::filesystem::path& file, const Document& document,
                                                 const ModelExport& what, Job* job = nullptr);
 

@@ -324,7 +324,7 @@ std::vector<std::string> writeModelFiles(const std::vector<std::filesystem::path
   std::vector<std::string> sentences;
   // What is wrong with a name is told before the work.
   for (const std::filesystem::path& file : files) {
-    if (io::endingOf(file) != ".vdb" && !io::isStep(file)) io::requireWritable(file);
+    if (io::endingOf(file) != ".vdb" && !io::isCad(file)) io::requireWritable(file);
   }
   std::vector<Outgoing> clays;
   std::vector<io::ModelObject> objects;
@@ -336,7 +336,7 @@ std::vector<std::string> writeModelFiles(const std::vector<std::filesystem::path
   const bool remade = what.recentre || what.triangles || what.errorMm;  // what needs meshes
   for (const std::filesystem::path& file : files) {
     io::WriteReport report;
-    if (io::isStep(file)) {
+    if (io::isCad(file)) {
       for (std::string& sentence : writeCad(file, document, what, job)) sentences.push_back(std::move(sentence));
       continue;
     }

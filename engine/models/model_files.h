@@ -56,7 +56,8 @@ struct ModelExport {
   bool draco = false;                     ///< glTF packed with Draco: a tenth of the size; fewer programs open it.
   std::optional<size_t> quads;            ///< OBJ and GLB: so many quads at most a piece, in place of triangles,
   int texturePixels = 0;                  ///< and pictures of so many pixels a side on them; 0: none.
-  size_t cadQuads = 500;                  ///< STEP: smooth faces of each piece, at most.
+  size_t cadQuads = 500;                  ///< STEP and IGES: smooth faces of each piece, at most;
+  std::optional<double> cadErrorMm;       ///< of these as few as keep within this.
   clay::Grade grade = clay::Grade::fine;  ///< A file is made once: creases are worth the time.
 };
 

@@ -309,9 +309,8 @@ bool Session::applyStamp() {
   if (!stampsWait()) return false;
   try {
     maps_.apply(stamps_[nextStamp_], stampImages_);
-    if (brush_->prepare(stampImages_)) return true;
+    if (brush_->step(stampImages_)) return true;
     ++nextStamp_;
-    brush_->apply(stampImages_);
   } catch (...) {
     // Whatever is thrown, none comes a second time.
     stamps_.clear();

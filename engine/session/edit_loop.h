@@ -33,9 +33,9 @@ class EditLoop {
     /// the earliest sample seen); else from the beginning of the turn.
     haptics::Histogram* latency = nullptr;
     bool paced = false;
-    /// A turn begins no more stamps after so long (kTurnBudgetNs in front of a user; TurnTime); 0: it works off all
-    /// that waits, so that what is published does not depend on the clock. One stamp, and extracting what changed,
-    /// comes on top.
+    /// A turn begins no more steps of stamps after so long (kTurnBudgetNs in front of a user; TurnTime); 0: it works
+    /// off all that waits, so that what is published does not depend on the clock. One step, and extracting what
+    /// changed, comes on top.
     int64_t budgetNs = 0;
     /// The same by counting, for repeatable overload; 0: off.
     int budgetStamps = 0;

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <iterator>
 #include <vector>
@@ -49,19 +48,6 @@ std::string quoted(const std::string& text) {
   }
   leave();
   return out + "'";
-}
-
-// A real number has a point in this format.
-void appendReal(std::string& out, double value) {
-  if (!std::isfinite(value)) throw Error("a surface with a number that is not finite cannot be written");
-  const size_t begin = out.size();
-  fmt::format_to(std::back_inserter(out), "{}", value);
-  if (out.find_first_of(".e", begin) == std::string::npos) {
-    out += '.';
-  } else if (const size_t power = out.find('e', begin); power != std::string::npos) {
-    if (out.find('.', begin) == std::string::npos) out.insert(power, ".");
-    out[out.find('e', begin)] = 'E';
-  }
 }
 
 class Writer {
@@ -127,42 +113,8 @@ const Knots& knots() {
   return made;
 }
 
-// Faces that hang together, and the volume that they bound: below zero around a cavity.
-struct Shell {
-  std::vector<uint32_t> quads;
-  double volume = 0;
-  Vec3d low = Vec3d::Constant(INFINITY), high = Vec3d::Constant(-INFINITY);
-  [[nodiscard]] bool within(const Shell& other) const {
-    return (low.array() >= other.low.array()).all() && (high.array() <= other.high.array()).all();
-  }
-};
-std::vector<Shell> shellsOf(const clay::PatchSurface& surface, const clay::QuadTopology& topology) {
-  std::vector<Shell> shells;
-  std::vector<uint8_t> taken(surface.patches.size(), 0);
-  for (uint32_t first = 0; first < taken.size(); ++first) {
-    if (taken[first]) continue;
-    Shell& shell = shells.emplace_back();
-    std::vector<uint32_t> todo{first};
-    taken[first] = 1;
-    while (!todo.empty()) {
-      const uint32_t f = todo.back();
-      todo.pop_back();
-      shell.quads.push_back(f);
-      for (int s = 0; s < 4; ++s)
-        for (const uint32_t next : topology.edges()[topology.edgeOf(f, s)].quad)
-          if (!taken[next]) taken[next] = 1, todo.push_back(next);
-      const auto corner = [&](size_t s) { return surface.points[topology.quads()[f][s]]; };
-      shell.volume += (corner(0).dot(corner(1).cross(corner(2))) + corner(0).dot(corner(2).cross(corner(3)))) / 6;
-      for (size_t s = 0; s < 4; ++s)
-        shell.low = shell.low.cwiseMin(corner(s)), shell.high = shell.high.cwiseMax(corner(s));
-    }
-    std::sort(shell.quads.begin(), shell.quads.end());
-  }
-  return shells;
-}
-
 // A solid for each body of it, with its cavities.
-std::vector<size_t> writeBody(Writer& out, const StepBody& body, double from, double to) {
+std::vector<size_t> writeBody(Writer& out, const CadBody& body, double from, double to) {
   const clay::PatchSurface& surface = *body.surface;
   const clay::QuadTopology topology(surface.cage.positions.size(), surface.cage.quads);
   std::vector<size_t> points(surface.points.size());
@@ -201,31 +153,20 @@ std::vector<size_t> writeBody(Writer& out, const StepBody& body, double from, do
     const size_t bound = out.entity("FACE_OUTER_BOUND('',#{},.T.)", loop);
     faces.push_back(out.entity("ADVANCED_FACE('',(#{}),#{},.T.)", bound, patch));
   }
-  const auto closed = [&](const Shell& shell) {
+  const auto closed = [&](const std::vector<uint32_t>& quads) {
     std::vector<size_t> own;
-    for (const uint32_t f : shell.quads) own.push_back(faces[f]);
+    for (const uint32_t f : quads) own.push_back(faces[f]);
     return out.entity("CLOSED_SHELL('',{})", listOf(own));
   };
-  const std::vector<Shell> shells = shellsOf(surface, topology);
-  // A cavity belongs to the smallest body around it.
-  std::vector<std::vector<size_t>> cavities(shells.size());
-  for (const Shell& cavity : shells) {
-    if (cavity.volume > 0) continue;
-    size_t around = shells.size();
-    for (size_t k = 0; k < shells.size(); ++k)
-      if (shells[k].volume > 0 && cavity.within(shells[k]) &&
-          (around == shells.size() || shells[k].volume < shells[around].volume))
-        around = k;
-    if (around < shells.size())
-      cavities[around].push_back(out.entity("ORIENTED_CLOSED_SHELL('',*,#{},.T.)", closed(cavity)));
-  }
   std::vector<size_t> solids;
-  for (size_t k = 0; k < shells.size(); ++k) {
-    if (!(shells[k].volume > 0)) continue;
-    const size_t outer = closed(shells[k]);
-    solids.push_back(cavities[k].empty()
+  for (const CadSolid& solid : solidsOf(surface, topology)) {
+    std::vector<size_t> cavities;
+    for (const std::vector<uint32_t>& each : solid.cavities)
+      cavities.push_back(out.entity("ORIENTED_CLOSED_SHELL('',*,#{},.T.)", closed(each)));
+    const size_t outer = closed(solid.outer);
+    solids.push_back(cavities.empty()
                          ? out.entity("MANIFOLD_SOLID_BREP({},#{})", quoted(body.name), outer)
-                         : out.entity("BREP_WITH_VOIDS({},#{},{})", quoted(body.name), outer, listOf(cavities[k])));
+                         : out.entity("BREP_WITH_VOIDS({},#{},{})", quoted(body.name), outer, listOf(cavities)));
   }
   out.step(to);
   return solids;
@@ -233,13 +174,7 @@ std::vector<size_t> writeBody(Writer& out, const StepBody& body, double from, do
 
 }  // namespace
 
-bool isStep(const std::filesystem::path& file) {
-  std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
-  return ending == ".step" || ending == ".stp";
-}
-
-void writeStep(AtomicFile& file, const std::string& name, std::span<const StepBody> bodies, Job* job) {
+void writeStep(AtomicFile& file, const std::string& name, std::span<const CadBody> bodies, Job* job) {
   if (bodies.empty()) throw Error("there is nothing to write");
   Writer out(file, job);
   out.raw(
@@ -269,7 +204,7 @@ void writeStep(AtomicFile& file, const std::string& name, std::span<const StepBo
 
   std::vector<size_t> styles;
   for (size_t i = 0; i < bodies.size(); ++i) {
-    const StepBody& body = bodies[i];
+    const CadBody& body = bodies[i];
     const std::vector<size_t> solids =
         writeBody(out, body, double(i) / double(bodies.size()), double(i + 1) / double(bodies.size()));
     const size_t product = out.entity("PRODUCT({0},{0},'',(#{1}))", quoted(body.name), context);

@@ -131,9 +131,9 @@ class Model {
       if (!colour) colour = part.colour;
       if (name.empty()) name = part.name;
     }
+    parts_ = std::move(solid);
     if (faces == 0) return;
     sewing.Perform();
-    parts_ = std::move(solid);
     parts_.push_back({sewing.SewedShape(), name, colour});
     sender_.note(std::to_string(faces) + " loose faces were sewn together, " + std::to_string(sewing.NbFreeEdges()) +
                  " of their edges stay open");

@@ -26,6 +26,8 @@
 namespace argil::cli {
 namespace {
 
+constexpr int kMostFaces = 4000;  // within an error, where no count is given
+
 // Above one a count of triangles, else a part of what there is.
 uint64_t wantedTriangles(double reduce, uint64_t triangles) {
   if (!(reduce > 0) || !std::isfinite(reduce))
@@ -36,10 +38,13 @@ uint64_t wantedTriangles(double reduce, uint64_t triangles) {
 engine::ModelExport exportOf(const ConvertOptions& options, const std::vector<io::ModelObject>& objects) {
   engine::ModelExport how;
   how.visibleOnly = false;
-  how.errorMm = options.errorMm;
+  if (io::isCad(options.output))
+    how.cadErrorMm = options.errorMm;
+  else
+    how.errorMm = options.errorMm;
   how.grade = options.surface;
   how.draco = options.draco;
-  if (options.faces) how.cadQuads = static_cast<size_t>(*options.faces);
+  if (options.faces || options.errorMm) how.cadQuads = static_cast<size_t>(options.faces.value_or(kMostFaces));
   if (options.quads) how.quads = static_cast<size_t>(*options.quads);
   if (options.textures) how.texturePixels = *options.textures;
   how.recentre = options.recentre;
@@ -137,10 +142,10 @@ void convert(const ConvertOptions& options) {
   if (options.reduce && options.errorMm) throw Error("--reduce and --error: give one of them");
   requireModel(options.input, options.place);
   const bool toClay = engine::holdsClay(options.output.filename());
-  const bool toCad = io::isStep(options.output);
+  const bool toCad = io::isCad(options.output);
   if (!toClay && !toCad) io::requireWritable(options.output);
   if (options.faces && !toCad)
-    throw Error(fmt::format("{}: --faces is for STEP; leave it out", options.output.string()));
+    throw Error(fmt::format("{}: --faces is for STEP and IGES; leave it out", options.output.string()));
   if (options.faces && !(*options.faces >= 24 && *options.faces <= 20000))
     throw Error(fmt::format("--faces {}: give 24 to 20000", *options.faces));
   if (options.textures && !options.quads) throw Error("--textures: give --quads too");
@@ -157,10 +162,11 @@ void convert(const ConvertOptions& options) {
                       "--draco out",
                       options.output.string()));
   }
-  if (toCad && (options.reduce || options.errorMm || options.recentre))
-    throw Error(
-        fmt::format("{}: STEP has no triangles, and keeps its place; leave --reduce, --error and --recentre out",
-                    options.output.string()));
+  if (toCad && (options.reduce || options.recentre))
+    throw Error(fmt::format("{}: CAD solids have no triangles, and keep their place; leave --reduce and --recentre out",
+                            options.output.string()));
+  if (toCad && options.errorMm && !(*options.errorMm > 0 && std::isfinite(*options.errorMm)))
+    throw Error(fmt::format("--error {}: give mm above 0", *options.errorMm));
   if (toClay && (options.reduce || options.errorMm))
     throw Error(fmt::format("{}: clay has no triangles to be reduced; leave --reduce and --error out",
                             options.output.string()));

@@ -59,12 +59,39 @@ TEST_F(Cad, EachPieceIsASolidAndItIsSaidHowFarItLiesOff) {
   EXPECT_LT(std::stod(found[2]), 0.02);
 }
 
+TEST_F(Cad, TheSameAsIges) {
+  const std::string file = ring(), iges = (scratch_ / "out.igs").string();
+  const Outcome said = argil({"convert", file, iges, "--faces", "200"});
+  ASSERT_EQ(said.code, 0) << said.err;
+  EXPECT_NE(said.out.find("out.igs: 2 solids written as IGES"), std::string::npos) << said.out;
+  const Outcome seen = argil({"inspect", iges});
+  if (seen.code == 0) {  // else there is no OpenCASCADE
+    EXPECT_NE(seen.out.find("2 bodies"), std::string::npos) << seen.out;
+    EXPECT_NE(seen.out.find("closed      yes"), std::string::npos) << seen.out;
+  }
+}
+
+TEST_F(Cad, AsFewFacesAsAnErrorTakes) {
+  const std::string file = ring(), step = (scratch_ / "out.step").string();
+  const Outcome within = argil({"convert", file, step, "--error", "0.2"});
+  ASSERT_EQ(within.code, 0) << within.err;
+  EXPECT_NE(within.out.find("Ring: tried "), std::string::npos) << within.out;
+  EXPECT_EQ(within.out.find("do not keep within"), std::string::npos) << within.out;
+  const Outcome beyond = argil({"convert", file, step, "--error", "1e-5", "--faces", "60"});
+  ASSERT_EQ(beyond.code, 0) << beyond.err;
+  EXPECT_TRUE(std::regex_search(beyond.out, std::regex("Egg: \\d+ faces do not keep within 1e-05 mm everywhere: "
+                                                       "[^ ]+ mm at \\(")))
+      << beyond.out;
+}
+
 TEST_F(Cad, BadWordsAreOneLineAndLeaveNothing) {
   const std::string file = ring();
   for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{{"out.step", "--faces", "3"},
                                                                                      {"out.step", "--faces", "x"},
                                                                                      {"out.stl", "--faces", "300"},
                                                                                      {"out.step", "--reduce", "0.5"},
+                                                                                     {"out.step", "--error", "0"},
+                                                                                     {"out.step", "--error", "-1"},
                                                                                      {"nowhere/out.step"},
                                                                                      {"out.step", "--for", "slicer"}})
     expectRefused(file, words);

@@ -98,6 +98,30 @@ TEST_F(NoMemory, AStrokeLeavesTheClayAsItWasOrIsDone) {
   }
 }
 
+// A stamp in many steps, some of which have been seen: it is there, or what was seen of it is gone.
+TEST_F(NoMemory, AStampInStepsIsDoneOrUndone) {
+  for (const clay::Method method : {clay::Method::smooth, clay::Method::raise, clay::Method::tug, clay::Method::add}) {
+    SCOPED_TRACE(int(method));
+    const auto brush = clay::Brush::of(method);
+    const Version begin = ball(17);
+    const clay::Stamp stamp{Vec3d(34, 0, 0), Vec3d(33, 4, 0), 64, 0.2f};
+    const auto stamped = [&] {
+      clay::BrushStroke stroke(begin, brush);
+      try {
+        for (int steps = 0; stroke.step({&stamp, 1}); ++steps)
+          if (steps % 3 == 0) (void)stroke.publish();
+      } catch (...) {
+        EXPECT_EQ(stroke.publish().hash(), begin.hash());
+        throw;
+      }
+      return stroke.finish().hash();
+    };
+    const uint64_t done = stamped();
+    EXPECT_NE(done, begin.hash());
+    EXPECT_GT(failing([&] { EXPECT_EQ(stamped(), done); }, [] {}), 10);
+  }
+}
+
 TEST_F(NoMemory, WholePiecesStayAsTheyAre) {
   const Version a = ball(), b = ball(3);
   const uint64_t before = a.hash();

@@ -84,33 +84,97 @@ TEST(Strokes, EqualBitsOnEverySimdTargetHoweverPublished) {
   });
 }
 
-// What long strokes do between two applications may be asked for, and looked at, by itself.
-TEST(Strokes, WhatIsPreparedIsTheSameStroke) {
-  const Version ball = makeSphere(Store::make(), Grid{}, Vec3d(0.2, 0.1, 0.3), 15);
-  for (const Method method : {Method::raise, Method::tug}) {
-    Brush brush = *Brush::of(method);
-    brush.height = 6;
-    const auto drawn = [&](bool prepared) {
-      BrushStroke stroke(ball, std::make_shared<const Brush>(brush));
-      int times = 0;
-      Vec3d before(30, 0, 0);
-      for (int i = 0; i < 60; ++i) {
+// A stamp may be taken in steps, and looked at between any two of them: closed all the time, and the stroke is the
+// same.
+TEST(Strokes, InStepsIsTheSameStroke) {
+  struct Case {
+    const char* what;
+    Brush brush;
+    double modelRadius, radius;
+    int stamps, atLeast;  // pauses
+    Precision precision = Precision::float32;
+  };
+  const auto of = [](Method method) { return *Brush::of(method); };
+  Brush raise = of(Method::raise), wax = of(Method::wax), walled = of(Method::carve);
+  raise.height = 6;
+  wax.blend = 3;
+  walled.leastWall = 4;
+  const Case cases[] = {{"a raise that begins anew", raise, 15, 12, 60, 5},
+                        {"a tug that begins anew", of(Method::tug), 15, 12, 60, 5},
+                        {"raise", raise, 45, 70, 3, 10},
+                        {"tug", of(Method::tug), 45, 70, 12, 10},
+                        {"carve", of(Method::carve), 45, 70, 3, 3},
+                        {"add", of(Method::add), 45, 70, 3, 3},
+                        {"wax", wax, 45, 70, 3, 6},
+                        {"smooth", of(Method::smooth), 45, 70, 3, 10},
+                        {"smooth and keep", of(Method::smoothKeep), 45, 70, 3, 10},
+                        {"scrape", of(Method::scrape), 45, 70, 3, 10},
+                        {"carve to a wall", walled, 45, 70, 3, 3},
+                        {"smooth 16 bits", of(Method::smooth), 45, 70, 3, 10, Precision::fixed16},
+                        {"tug 16 bits", of(Method::tug), 45, 70, 12, 10, Precision::fixed16}};
+  for (const Case& each : cases) {
+    SCOPED_TRACE(each.what);
+    const Version ball = makeSphere(Store::make(each.precision), Grid{}, Vec3d(0.2, 0.1, 0.3), each.modelRadius);
+    const auto brush = std::make_shared<const Brush>(each.brush);
+    // `look`: at every so many pauses a version is published.
+    const auto drawn = [&](int look) {
+      BrushStroke stroke(ball, brush);
+      Surface surface;
+      int pauses = 0;
+      const double on = each.modelRadius / ball.grid().voxelMm + 1;  // voxels
+      Vec3d before = on * Vec3d::UnitX();
+      for (int i = 0; i < each.stamps; ++i) {
         const double angle = 0.05 * (i % 20);
-        const Vec3d at = 31.0 * Vec3d(std::cos(angle), std::sin(angle), 0);
-        const Stamp stamp{before, at, 12};
-        for (int steps = 0; prepared && steps < 50 && stroke.prepare({&stamp, 1}); ++steps) {
-          ++times;
-          if (steps % 2 == 0) (void)stroke.publish();
+        const Vec3d at = on * Vec3d(std::cos(angle), std::sin(angle), 0);
+        const Stamp stamp{before, at, each.radius};
+        while (stroke.step({&stamp, 1})) {
+          if (++pauses % look != 0) continue;
+          surface.update(stroke.publish());
+          if (pauses % (5 * look) < look) {
+            EXPECT_TRUE(checkTopology(surface.toMesh()).closed());
+          }
         }
-        EXPECT_FALSE(prepared && stroke.prepare({&stamp, 1})) << "it comes to an end";
-        stroke.apply(stamp);
         before = at;
       }
-      EXPECT_EQ(times > 0, prepared) << "it did begin anew, " << int(method);
+      EXPECT_GE(pauses, each.atLeast);
       return stroke.finish().hash();
     };
-    EXPECT_EQ(drawn(true), drawn(false)) << int(method);
+    const uint64_t unseen = drawn(1 << 30);
+    EXPECT_EQ(drawn(1), unseen);
+    EXPECT_EQ(drawn(3), unseen);
   }
+}
+
+// A stamp that was begun belongs to the stroke, whoever ends it; dropped, it leaves the clay and the store as they
+// were.
+TEST(Strokes, AStampThatWasBegunIsEndedOrDropped) {
+  const auto store = Store::make();
+  const Version ball = makeSphere(store, Grid{}, Vec3d(0.2, 0.1, 0.3), 45);
+  const auto brush = Brush::of(Method::smooth);
+  const Stamp stamp{Vec3d(91, 0, 0), Vec3d(89, 15, 0), 70};
+  BrushStroke whole(ball, brush);
+  whole.apply(stamp);
+  const uint64_t expected = whole.finish().hash();
+  BrushStroke begun(ball, brush);
+  ASSERT_TRUE(begun.step({&stamp, 1}));
+  ASSERT_TRUE(begun.step({&stamp, 1}));
+  EXPECT_EQ(begun.finish().hash(), expected);
+  const auto settled = [&] {
+    while (store->collect()) {
+    }
+    return store->usage().bytes();
+  };
+  (void)settled();
+  const uint64_t before = store->usage().bricks;
+  {
+    BrushStroke dropped(ball, brush);
+    for (int i = 0; i < 8; ++i) {
+      ASSERT_TRUE(dropped.step({&stamp, 1}));
+      (void)dropped.publish();
+    }
+  }
+  (void)settled();
+  EXPECT_EQ(store->usage().bricks, before);
 }
 
 TEST(Strokes, ThousandStrokesFollowedUndoneAndRedone) {

@@ -77,7 +77,7 @@ TEST_P(DamagedForOthers, IsReadOrOneSentence) {
         clay::fitPatches(clay::makeSphere(clay::Store::make(), grid, Vec3d::Zero(), 12), 24, 1, clay::WorkPart(nullptr))
             .surface;
     AtomicFile out(path);
-    const StepBody body{.name = "Ball", .surface = &surface, .colour = std::array{0.2f, 0.4f, 0.6f}};
+    const CadBody body{.name = "Ball", .surface = &surface, .colour = std::array{0.2f, 0.4f, 0.6f}};
     writeStep(out, "ball", std::span(&body, 1));
     out.commit();
   } else if (iges) {

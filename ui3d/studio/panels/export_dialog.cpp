@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/models/export_presets.h"
+#include "io/cad/cad_body.h"
 #include "io/textured/textured_mesh.h"
 #include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/panels/memory.h"
@@ -15,6 +16,7 @@ namespace {
 constexpr size_t kColumns = 4;
 constexpr int kQuads = 3;  // ExportChoice::reduce
 constexpr std::array kPixels = {0, 1024, 2048, 4096};
+constexpr size_t kMostFacesWithin = 4000;  // of CAD, within an error
 
 // The formats as switches; what the last one that is on is for, or what all have in common.
 void formats(ExportChoice& choice) {
@@ -78,6 +80,12 @@ bool quadsAlone(const ExportChoice& choice) {
                      [](const std::string& ending) { return io::holdsTextures("a" + ending); });
 }
 
+// Chosen files that are smooth solids.
+size_t cadFiles(const ExportChoice& choice) {
+  return size_t(std::count_if(choice.endings.begin(), choice.endings.end(),
+                              [](const std::string& ending) { return io::isCad("a" + ending); }));
+}
+
 void reduction(ExportChoice& choice) {
   static constexpr std::array<std::string_view, 4> kHow{"All", "To a count", "Within an error", "Quads"};
   kit::dimText("Triangles");
@@ -95,6 +103,19 @@ void reduction(ExportChoice& choice) {
   kit::segmented("textures", kTextures, choice.textures);
   if (!quadsAlone(choice))
     kit::wrapped("OBJ and GLB alone hold quads with textures: other files get all triangles.", colours().warning);
+}
+
+void smoothFaces(ExportChoice& choice) {
+  static constexpr std::array<std::string_view, 2> kHow{"To a count", "Within an error"};
+  kit::dimText("Smooth faces for CAD");
+  kit::segmented("smooth", kHow, choice.smooth);
+  if (choice.smooth == 0)
+    kit::number({"faces", "At most", "Of each piece; the error is told.", "faces", 24, 20000, 500, true}, choice.faces);
+  else
+    kit::number({"smootherror", "Error at most",
+                 "Both ways, with its bound; as few faces as a handful of tries finds. Places beyond it are told.",
+                 "mm", 0.001, 10, 0.05, true},
+                choice.smoothErrorMm);
 }
 
 // Why it cannot be written; empty: it can.
@@ -125,6 +146,12 @@ engine::ModelExport optionsOf(const Context& context, const ExportChoice& choice
   if (choice.reduce == kQuads) {
     options.quads = size_t(std::llround(choice.quads));
     options.texturePixels = kPixels[size_t(choice.textures)];
+  }
+  if (choice.smooth == 0) {
+    options.cadQuads = size_t(std::llround(choice.faces));
+  } else {
+    options.cadQuads = kMostFacesWithin;
+    options.cadErrorMm = choice.smoothErrorMm;
   }
   options.recentre = choice.recentre;
   options.putBack = choice.putBack && cameFromElsewhere(context);
@@ -170,11 +197,15 @@ void drawExport(Context& context, Memory& memory) {
   static constexpr std::array<std::string_view, 3> kWhat{"What is visible", "Every piece", "Selected"};
   kit::dimText("What");
   kit::segmented("what", kWhat, choice.what);
-  static constexpr std::array<std::string_view, 2> kGrades{"Fine: sharp creases", "Draft"};
-  kit::dimText("Surface");
-  kit::segmented("surface", kGrades, choice.surface);
-  reduction(choice);
-  if (!quadsAlone(choice) &&
+  if (cadFiles(choice) > 0) smoothFaces(choice);
+  const bool cadAlone = cadFiles(choice) > 0 && cadFiles(choice) == choice.endings.size();
+  if (!cadAlone) {
+    static constexpr std::array<std::string_view, 2> kGrades{"Fine: sharp creases", "Draft"};
+    kit::dimText("Surface");
+    kit::segmented("surface", kGrades, choice.surface);
+    reduction(choice);
+  }
+  if (!cadAlone && !quadsAlone(choice) &&
       kit::toggle("Move it to zero", choice.recentre, "Numbers of 32 bits, as most formats have, are finest there.") &&
       choice.recentre)
     choice.putBack = false;

@@ -332,6 +332,42 @@ TEST(FitPatches, AreTheSameForAnyCountOfThreads) {
   EXPECT_EQ(one.deviation.fromClay.max, three.deviation.fromClay.max);
 }
 
+TEST(FitPatches, WithinAnErrorAsFewAsItTakes) {
+  const Version egg = makeEllipsoid(Store::make(), grid(), Vec3d::Zero(), {16, 10, 7});
+  std::vector<PatchTry> tries, more;
+  const FittedPatches coarse = fitPatchesWithin(egg, 0.2, 300, 2, WorkPart(nullptr), tries);
+  const FittedPatches fine = fitPatchesWithin(egg, 0.02, 300, 2, WorkPart(nullptr), more);
+  for (const auto& [made, error] : {std::pair(&coarse, 0.2), std::pair(&fine, 0.02)}) {
+    EXPECT_LE(std::max(made->deviation.mostMm(), made->deviation.boundMm), error);
+    EXPECT_TRUE(made->deviation.far.empty());
+  }
+  EXPECT_LT(coarse.surface.patches.size(), fine.surface.patches.size());
+  EXPECT_LT(fine.surface.patches.size(), 250u) << "it went below where it began";
+  EXPECT_GE(tries.size(), 2u);
+  for (const PatchTry& each : more) std::printf("%zu faces: %.4f, bound %.4f\n", each.quads, each.mostMm, each.boundMm);
+}
+
+TEST(FitPatches, SayWhereTheyDoNotKeepWithinAnError) {
+  const Version block = makeBlock(Store::make(), grid(), Vec3d::Zero(), {60, 30, 20}, 0);
+  std::vector<PatchTry> tries;
+  const FittedPatches made = fitPatchesWithin(block, 0.02, 60, 2, WorkPart(nullptr), tries);
+  EXPECT_LE(made.surface.patches.size(), 60u);
+  ASSERT_FALSE(made.deviation.far.empty());
+  ASSERT_LE(made.deviation.far.size(), kMostFarPlaces);
+  EXPECT_DOUBLE_EQ(made.deviation.far[0].offMm, made.deviation.mostMm());
+  for (size_t i = 0; i < made.deviation.far.size(); ++i) {
+    const PatchDeviation::Place& each = made.deviation.far[i];
+    EXPECT_GT(each.offMm, 0.02);
+    EXPECT_LE(each.offMm, made.deviation.far[0].offMm);
+    // On an edge of the block: rounded patches lie off there.
+    const Vec3d off = each.mm.cwiseAbs() - Vec3d(30, 15, 10);
+    EXPECT_GE((off.array() > -2).count(), 2) << each.mm.transpose();
+    for (size_t k = 0; k < i; ++k) EXPECT_GT((made.deviation.far[k].mm - each.mm).norm(), 1.2 - 1e-9);
+  }
+  EXPECT_THROW((void)fitPatchesWithin(block, 0, 60, 1, WorkPart(nullptr), tries), Error);
+  EXPECT_THROW((void)fitPatchesWithin(block, NAN, 60, 1, WorkPart(nullptr), tries), Error);
+}
+
 // A body of some voxels beside one of thousands keeps its size: it is not evened out into a point.
 TEST(CoarseCage, CrumbsStayBodies) {
   const Version crumbs =

@@ -13,6 +13,7 @@
 #include "clay/mesh/mesh_topology.h"
 #include "clay/mesh/weld.h"
 #include "clay/store/store.h"
+#include "io/cad/iges_file.h"
 #include "io/cad/step_file.h"
 #include "io/models/model_file.h"
 #include "io/models/reader_process.h"
@@ -53,26 +54,30 @@ TEST_F(CadFiles, WhatWeWroteComesBackAsItWas) {
   grid.voxelMm = 0.5;
   const clay::FittedPatches fitted =
       clay::fitPatches(clay::makeTorus(clay::Store::make(), grid, {3, -2, 7}, 25, 9), 200, 1, clay::WorkPart(nullptr));
-  const std::filesystem::path file = folder_ / "ring.step";
-  {
-    AtomicFile out(file);
-    const StepBody body{.name = "A ring", .surface = &fitted.surface, .colour = std::array{0.2f, 0.4f, 0.6f}};
-    writeStep(out, "ring", std::span(&body, 1));
-    out.commit();
-  }
-  const ModelFile model = readModel(file);
-  EXPECT_EQ(model.format, "STEP");
-  EXPECT_EQ(model.unitMm, 1.0);
-  ASSERT_EQ(model.objects.size(), 1u);
-  EXPECT_EQ(model.objects[0].name, "A ring");
-  EXPECT_EQ(model.objects[0].colour, (Colour{51, 102, 153, 255}));
-  const clay::TopologyReport topology = topologyOf(model.objects[0]);
-  EXPECT_TRUE(topology.solid());
-  EXPECT_EQ(topology.bodies, 1u);
-  EXPECT_NEAR(topology.volume / (2 * std::numbers::pi * std::numbers::pi * 25 * 81), 1, 2e-3);
-  for (const Vec3d& p : model.objects[0].mesh.positions) {
-    const Vec3d q = p - Vec3d(3, -2, 7);
-    EXPECT_NEAR(std::hypot(std::hypot(q.x(), q.y()) - 25, q.z()), 9, 0.05);
+  for (const bool iges : {false, true}) {
+    SCOPED_TRACE(iges);
+    const std::filesystem::path file = folder_ / (iges ? "ring.igs" : "ring.step");
+    {
+      AtomicFile out(file);
+      const CadBody body{.name = "A ring", .surface = &fitted.surface, .colour = std::array{0.2f, 0.4f, 0.6f}};
+      (iges ? writeIges : writeStep)(out, "ring", std::span(&body, 1), nullptr);
+      out.commit();
+    }
+    const ModelFile model = readModel(file);
+    EXPECT_EQ(model.format, iges ? "IGES" : "STEP");
+    EXPECT_EQ(model.unitMm, 1.0);
+    EXPECT_TRUE(model.notes.empty()) << "nothing had to be sewn: " << model.notes[0];
+    ASSERT_EQ(model.objects.size(), 1u);
+    EXPECT_EQ(model.objects[0].name, "A ring");
+    EXPECT_EQ(model.objects[0].colour, (Colour{51, 102, 153, 255}));
+    const clay::TopologyReport topology = topologyOf(model.objects[0]);
+    EXPECT_TRUE(topology.solid());
+    EXPECT_EQ(topology.bodies, 1u);
+    EXPECT_NEAR(topology.volume / (2 * std::numbers::pi * std::numbers::pi * 25 * 81), 1, 2e-3);
+    for (const Vec3d& p : model.objects[0].mesh.positions) {
+      const Vec3d q = p - Vec3d(3, -2, 7);
+      EXPECT_NEAR(std::hypot(std::hypot(q.x(), q.y()) - 25, q.z()), 9, 0.05);
+    }
   }
 }
 

@@ -65,7 +65,7 @@ TEST(Step, EverySideIsUsedTwiceAndEverythingNamedIsThere) {
   const clay::PatchSurface surface = ring();
   {
     AtomicFile file(path);
-    const StepBody body{"Ring", &surface, Eigen::Isometry3d::Identity(), std::array<float, 3>{0.5f, 0, 1}};
+    const CadBody body{"Ring", &surface, Eigen::Isometry3d::Identity(), std::array<float, 3>{0.5f, 0, 1}};
     writeStep(file, "ring", std::span(&body, 1));
     file.commit();
   }
@@ -108,7 +108,7 @@ TEST(Step, NumbersAreTheVeryDoublesAndHaveAPoint) {
   surface.points[1] = {1e22, 5e-324, 123456789.125};
   {
     AtomicFile file(path);
-    const StepBody body{"Ring", &surface};
+    const CadBody body{"Ring", &surface};
     writeStep(file, "ring", std::span(&body, 1));
     file.commit();
   }
@@ -135,7 +135,7 @@ TEST(Step, NamesAreWrittenAsTheFormatWantsThem) {
   const clay::PatchSurface surface = ring();
   {
     AtomicFile file(path);
-    const StepBody body{"Büste \\ d'Or 🙂\n", &surface};
+    const CadBody body{"Büste \\ d'Or 🙂\n", &surface};
     writeStep(file, "it's", std::span(&body, 1));
     file.commit();
   }
@@ -150,7 +150,7 @@ TEST(Step, NothingIsLeftOfWhatCannotBeWritten) {
   surface.points[7].y() = NAN;
   {
     AtomicFile file(folder / "nan.step");
-    const StepBody body{"Ring", &surface};
+    const CadBody body{"Ring", &surface};
     EXPECT_THROW(writeStep(file, "ring", std::span(&body, 1)), Error);
     EXPECT_THROW(writeStep(file, "ring", {}), Error);
   }
