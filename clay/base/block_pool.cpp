@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <new>
 #include <tuple>
+#include <utility>
 
 #include "clay/base/memory_guard.h"
 

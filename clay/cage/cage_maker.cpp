@@ -32,21 +32,42 @@ int64_t shapeOf(uint64_t vertices, uint64_t quads) {
   return (static_cast<int64_t>(vertices) - static_cast<int64_t>(quads)) / 2;
 }
 
-// Sets of quads that hang together.
-size_t bodiesOf(const QuadMesh& mesh) {
+// Vertices that hang together have one number.
+std::vector<uint32_t> bodiesIn(const QuadMesh& mesh, size_t& count) {
   std::vector<uint32_t> root(mesh.positions.size());
   std::iota(root.begin(), root.end(), 0u);
   const auto find = [&](uint32_t v) {
     while (root[v] != v) v = root[v] = root[root[v]];
     return v;
   };
-  size_t bodies = root.size();
+  count = root.size();
   for (const auto& quad : mesh.quads)
     for (size_t s = 1; s < 4; ++s) {
       const uint32_t a = find(quad[0]), b = find(quad[s]);
-      if (a != b) root[a] = b, --bodies;
+      if (a != b) root[a] = b, --count;
     }
-  return bodies;
+  for (uint32_t v = 0; v < root.size(); ++v) root[v] = find(v);
+  return root;
+}
+size_t bodiesOf(const QuadMesh& mesh) {
+  size_t count = 0;
+  (void)bodiesIn(mesh, count);
+  return count;
+}
+
+// A crumb that a coarse grid met with one point alone has a surface there that is as small as it lies deep: it grows to
+// `least` across, so that its quads have a length.
+void growCrumbs(QuadMesh& mesh, double least) {
+  size_t count = 0;
+  const std::vector<uint32_t> body = bodiesIn(mesh, count);
+  std::vector<Eigen::AlignedBox3d> boxes(mesh.positions.size());
+  for (size_t v = 0; v < body.size(); ++v) boxes[body[v]].extend(mesh.positions[v]);
+  for (size_t v = 0; v < body.size(); ++v) {
+    const Eigen::AlignedBox3d& box = boxes[body[v]];
+    const double most = box.sizes().maxCoeff();
+    if (most < least)
+      mesh.positions[v] = box.center() + (mesh.positions[v] - box.center()) * (least / std::max(most, 1e-9));
+  }
 }
 
 // How far the clay goes on below each vertex, mm, up to `most`.
@@ -124,6 +145,7 @@ CageMaker::CageMaker(const Version& version, size_t most, int threads, const Wor
     fine_ = quadsOf(surface);
     if (bodiesOf(fine_) == bodies) break;
   }
+  growCrumbs(fine_, finest_);
   part.step(1);
 }
 

@@ -13,7 +13,8 @@ namespace {
 constexpr double kUneven = 0.12;  // of a diagonal's length: what nearness to four quads a vertex counts
 constexpr double kLeastFactor = 0.4;
 constexpr double kLeastFacing = 0.2;  // cosine between a quad's corner and the surface there
-constexpr double kLeastEdge = 0.1;    // of the finest: evening out makes none shorter than that
+constexpr double kLeastEdge = 0.1;    // of the finest: evening out makes none shorter than that,
+constexpr double kLeastMade = 0.02;   // and nothing else one shorter than that
 constexpr int kAtTheEnd = 20;         // rounds that make edges even
 constexpr size_t kStepEach = 512;
 // How far the middle of an edge or of a quad may lie off the surface, of its length; the next one where no collapse is
@@ -33,7 +34,13 @@ class Coarsener {
         size_(web_.vertices(), 1),
         normals_(web_.vertices(), Vec3d::Zero()),
         changed_(web_.quads(), 0) {
-    for (uint32_t v = 0; v < web_.vertices(); ++v) place(v, web_.at(v));
+    std::vector<Vec3d> beside(web_.vertices());  // the surface, as a coarser grid has it
+    for (uint32_t v = 0; v < web_.vertices(); ++v) place(v, beside[v] = web_.at(v));
+    // Of a crumb all of them may have come to one place.
+    for (uint32_t v = 0; v < web_.vertices(); ++v) {
+      web_.beside(v, beside_);
+      if (shortestAt(v) < kLeastMade * finest_) web_.move(v, beside[v]);
+    }
     for (uint32_t f = 0; f < web_.quads(); ++f) offer(f);
   }
 
@@ -155,6 +162,11 @@ class Coarsener {
     const Vec3d to =
         nearestOnTriangle(middle, surface_.positions[t[0]], surface_.positions[t[1]], surface_.positions[t[2]]);
     if (offAround(a, to, f) > 1 || offAround(c, to, f) > 1) return false;
+    for (const uint32_t end : {a, c}) {
+      web_.beside(end, beside_);
+      for (const uint32_t each : beside_)
+        if ((web_.at(each) - to).norm() < kLeastMade * finest_) return false;
+    }
     const uint32_t v = web_.collapse(f, corner);
     place(v, middle);
     relax(v);
@@ -213,7 +225,8 @@ class Coarsener {
           const std::optional<int> gain = web_.gainOfTurn(f, s, step);
           if (!gain || *gain <= 0) continue;
           const std::array<uint32_t, 2> ends = web_.endsOfTurn(f, s, step);
-          if (edgeOff(web_.at(ends[0]), web_.at(ends[1]), hints_[ends[0]]) > 1) continue;
+          const Vec3d &from = web_.at(ends[0]), &to = web_.at(ends[1]);
+          if ((from - to).norm() < kLeastMade * finest_ || edgeOff(from, to, hints_[ends[0]]) > 1) continue;
           web_.turn(f, s, step);
           again = true;
           break;

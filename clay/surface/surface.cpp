@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstring>
 #include <iterator>
+#include <utility>
 
 #include "clay/base/hash.h"
 #include "clay/base/parallel.h"

@@ -44,7 +44,7 @@ double turn(const Vec2d& a, const Vec2d& b, const Vec2d& c) {
 // Two triangles beside each other keep all their lengths; what has no length or no height gets a little.
 FlatDisk unfolded(const SurfaceDisk& disk, double least) {
   FlatDisk flat;
-  flat.places.resize(disk.positions.size());
+  flat.places.assign(disk.positions.size(), Vec2d::Zero());
   const auto lengthOf = [&](uint32_t a, uint32_t b) {
     return std::max(least, (disk.positions[b] - disk.positions[a]).norm());
   };

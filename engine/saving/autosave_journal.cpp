@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <set>
+#include <utility>
 
 #include "clay/base/error.h"
 #include "engine/saving/autosave_state.h"

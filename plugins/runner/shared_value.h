@@ -22,8 +22,8 @@ class SharedValue {
     std::memcpy(words.data(), &value, sizeof value);
     const uint64_t before = sequence_.load(std::memory_order_relaxed);
     sequence_.store(before + 1, std::memory_order_relaxed);
-    std::atomic_thread_fence(std::memory_order_release);
-    for (size_t i = 0; i < kWords; ++i) words_[i].store(words[i], std::memory_order_relaxed);
+    // Whoever sees one of these sees the odd number too.
+    for (size_t i = 0; i < kWords; ++i) words_[i].store(words[i], std::memory_order_release);
     sequence_.store(before + 2, std::memory_order_release);
   }
 
@@ -32,8 +32,7 @@ class SharedValue {
     const uint64_t before = sequence_.load(std::memory_order_acquire);
     if (before == seen || (before & 1) != 0) return false;
     std::array<uint64_t, kWords> words;
-    for (size_t i = 0; i < kWords; ++i) words[i] = words_[i].load(std::memory_order_relaxed);
-    std::atomic_thread_fence(std::memory_order_acquire);
+    for (size_t i = 0; i < kWords; ++i) words[i] = words_[i].load(std::memory_order_acquire);
     if (sequence_.load(std::memory_order_relaxed) != before) return false;
     std::memcpy(&value, words.data(), sizeof value);
     seen = before;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "clay/base/error.h"
 #include "haptics/base/clock.h"

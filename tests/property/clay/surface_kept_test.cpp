@@ -4,6 +4,7 @@
 
 #include <map>
 #include <random>
+#include <utility>
 
 #include "clay/brush/brush.h"
 #include "clay/field/primitives.h"

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "clay/base/error.h"
 #include "ui3d/studio/kit/theme.h"

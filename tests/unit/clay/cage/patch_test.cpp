@@ -383,6 +383,28 @@ TEST(CoarseCage, CrumbsStayBodies) {
   EXPECT_GT(shortest, 1e-3) << "without the rule 3e-7";
 }
 
+// A coarse grid meets crumbs with one point or two, and puts them where they all but have no size.
+TEST(CoarseCage, EdgesOfCrumbsHaveALength) {
+  for (const unsigned seed : {6u, 12u}) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> normal;
+    std::uniform_real_distribution<double> even(0, 1);
+    Version version = makeSphere(Store::make(), grid(), Vec3d::Zero(), 20);
+    for (int i = 0; i < 12; ++i) {
+      Vec3d way(normal(random), normal(random), normal(random));
+      way.normalize();
+      const double out = 24 + 6 * even(random), radius = 0.52 + 0.5 * even(random);
+      version = combine(version, makeSphere(Store::make(), grid(), way * out, radius), Combination::join);
+    }
+    const QuadMesh mesh = coarseCage(version, 400, WorkPart(nullptr)).mesh;
+    double shortest = INFINITY;
+    for (const auto& q : mesh.quads)
+      for (size_t s = 0; s < 4; ++s)
+        shortest = std::min(shortest, (mesh.positions[q[s]] - mesh.positions[q[(s + 1) & 3]]).norm());
+    EXPECT_GT(shortest, 0.03) << "without either rule 0.015 and 0.009";
+  }
+}
+
 // What is said of a surface that lies off is that it does.
 TEST(PatchDeviation, SeesBothWays) {
   const Version ball = makeSphere(Store::make(), grid(), Vec3d::Zero(), 20);
