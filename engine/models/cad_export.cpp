@@ -30,8 +30,8 @@ std::vector<std::string> writeCad(const std::filesystem::path& file, const Docum
     const int threads = clay::threadCount(0);
     std::vector<clay::PatchTry> tries;
     fitted.push_back(what.cadErrorMm ? clay::fitPatchesWithin(piece.version, *what.cadErrorMm, what.cadQuads, threads,
-                                                           all.part(from, to), tries)
-                                  : clay::fitPatches(piece.version, what.cadQuads, threads, all.part(from, to)));
+                                                              all.part(from, to), tries)
+                                     : clay::fitPatches(piece.version, what.cadQuads, threads, all.part(from, to)));
     const clay::FittedPatches& made = fitted.back();
     io::CadBody body{piece.name, &made.surface};
     body.pose.linear() = piece.pose.rotation.toRotationMatrix();
