@@ -225,6 +225,37 @@ TEST_F(Dialogs, QuadsComeWithTheirPicturesAndNoneIsWrittenOverUnasked) {
   EXPECT_FALSE(fs::exists(folder / "cube.glb"));
 }
 
+TEST_F(Dialogs, SolidsForCadComeWithinAnError) {
+  rig.bench.addSphere(8, {.voxelMm = 1});
+  rig.until([&] { return pieces() == 1; }, "a ball");
+  const auto faces = [&] {
+    std::ifstream in(folder / "ball.step");
+    size_t count = 0;
+    for (std::string line; std::getline(in, line);) count += line.find("=ADVANCED_FACE(") != std::string::npos;
+    return count;
+  };
+  const auto choose = [&](const char* segmented, int which) {
+    ImGuiWindow* dialog = ImGui::FindWindowByName("Export");
+    const ImVec2 at = rig.findId(
+        dialog, ImHashStr("segment", 0, ImHashData(&which, sizeof which, ImHashStr(segmented, 0, dialog->ID))));
+    if (!std::isnan(at.x)) rig.click(at);
+    return !std::isnan(at.x);
+  };
+  rig.run("file.export.stl");
+  fillIn("Export", "##folder", folder.string());
+  fillIn("Export", "##name", "ball");
+  EXPECT_FALSE(choose("smooth", 1)) << "offered for triangles";
+  press("Export", "STEP");
+  EXPECT_TRUE(choose("reduce", 0));
+  press("Export", "STL");  // off again
+  rig.frames(2);
+  EXPECT_FALSE(choose("reduce", 0)) << "there are no triangles";
+  ASSERT_TRUE(choose("smooth", 1));
+  press("Export", "Export");
+  rig.until([&] { return fs::exists(folder / "ball.step") && rig.bench.jobs().empty(); }, "within an error");
+  EXPECT_LT(faces(), 200u) << "500 to a count";
+}
+
 TEST_F(Dialogs, AFolderIsChosenWithinTheExport) {
   rig.bench.addBlock(Vec3d(10, 10, 10), 1, {.voxelMm = 1});
   rig.until([&] { return pieces() == 1; }, "a block");
