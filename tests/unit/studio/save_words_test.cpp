@@ -68,8 +68,8 @@ TEST(FileKinds, PrintersGetThreeMfFirstAndUnitsAreAskedWhereNoneAre) {
     written.emplace_back(kind.ending);
     EXPECT_TRUE(kind.writes.ends_with('.')) << kind.name;
   }
-  EXPECT_EQ(written,
-            (std::vector<std::string>{".3mf", ".stl", ".obj", ".ply", ".glb", ".gltf", ".drc", ".step", ".iges", ".vdb"}));
+  EXPECT_EQ(written, (std::vector<std::string>{".3mf", ".stl", ".obj", ".ply", ".glb", ".gltf", ".drc", ".step",
+                                               ".iges", ".vdb"}));
   for (const char* file : {"a.stl", "a.OBJ", "a.ply", "a.off", "a.drc", "a.vdb"})
     EXPECT_TRUE(asksForUnits(file)) << file;
   for (const char* file : {"a.3mf", "a.glb", "a.gltf", "a.argil", "a.json", "a.txt", "a", ""})

@@ -335,14 +335,14 @@ TEST(FitPatches, AreTheSameForAnyCountOfThreads) {
 TEST(FitPatches, WithinAnErrorAsFewAsItTakes) {
   const Version egg = makeEllipsoid(Store::make(), grid(), Vec3d::Zero(), {16, 10, 7});
   std::vector<PatchTry> tries, more;
-  const FittedPatches coarse = fitPatchesWithin(egg, 0.2, 300, 2, WorkPart(nullptr), tries);
-  const FittedPatches fine = fitPatchesWithin(egg, 0.02, 300, 2, WorkPart(nullptr), more);
+  const FittedPatches coarse = fitPatchesWithin(egg, 0.2, 150, 2, WorkPart(nullptr), tries);
+  const FittedPatches fine = fitPatchesWithin(egg, 0.02, 150, 2, WorkPart(nullptr), more);
   for (const auto& [made, error] : {std::pair(&coarse, 0.2), std::pair(&fine, 0.02)}) {
     EXPECT_LE(std::max(made->deviation.mostMm(), made->deviation.boundMm), error);
     EXPECT_TRUE(made->deviation.far.empty());
   }
   EXPECT_LT(coarse.surface.patches.size(), fine.surface.patches.size());
-  EXPECT_LT(fine.surface.patches.size(), 250u) << "it went below where it began";
+  EXPECT_LT(fine.surface.patches.size(), 100u) << "it went below where it began";
   EXPECT_GE(tries.size(), 2u);
   for (const PatchTry& each : more) std::printf("%zu faces: %.4f, bound %.4f\n", each.quads, each.mostMm, each.boundMm);
 }
