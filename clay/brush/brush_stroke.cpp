@@ -50,8 +50,9 @@ constexpr float kMeets = 0.25f;
 constexpr float kGrows = 0.02f;
 // Bricks of a swept tip that are computed before they are linked: as many as a cache holds.
 constexpr size_t kSweptAtOnce = 512;
-// From this radius on, voxels, a tip is swept in steps.
-constexpr double kLargeTip = 64;
+// From this radius on, voxels, a tip is swept in steps; one that blends as well, when it may blend enough bricks for
+// it.
+constexpr double kLargeTip = 64, kLargeBlended = 16;
 
 const Operation* distanceOperation(const Brush& brush) {
   for (const Operation& each : brush.operations)
@@ -301,7 +302,8 @@ std::vector<Coord> BrushStroke::State::bricksWithin(std::span<const Stamp> image
 // Of many bricks those are seen that are done, in an order that leaves no hole: a surface has to stay away from tiles.
 // First come the bricks that were tiles, at once; then, step by step, what was and stays a brick; at last, at once,
 // what becomes a tile. Between, there is a brick wherever there was one before or is one after, and values of before
-// and after meet in bricks alone. Where a tile becomes the other one nothing is seen until all is done.
+// and after meet in bricks alone: a surface that follows versions counts on it. Where a tile becomes the other one
+// nothing is seen until all is done.
 Steps BrushStroke::State::work(std::span<const Stamp> images, std::vector<Coord> coords, bool begins,
                                std::vector<Coord>& influenced) {
   if (coords.empty()) co_return;
@@ -527,7 +529,7 @@ Steps BrushStroke::State::application(std::vector<Stamp> images) {
     // Cutting away one thing after the other gives the same in any order.
     std::vector<Coord> blended;
     const bool large = std::any_of(images.begin(), images.end(), [&](const Stamp& each) {
-      return each.largestRadius() * aroundTip(*brush) >= kLargeTip;
+      return each.largestRadius() * aroundTip(*brush) >= (blendsWith ? kLargeBlended : kLargeTip);
     });
     if (large) safe = seen = commit();
     for (const Stamp& image : images)

@@ -12,6 +12,7 @@
 #include "clay/field/redistance.h"
 #include "clay/field/scratch.h"
 #include "clay/field/settle.h"
+#include "clay/import/height_image.h"
 #include "clay/mesh/mesh_topology.h"
 #include "clay/store/sampler.h"
 #include "clay/store/store.h"
@@ -142,6 +143,34 @@ TEST(Strokes, InStepsIsTheSameStroke) {
     const uint64_t unseen = drawn(1 << 30);
     EXPECT_EQ(drawn(1), unseen);
     EXPECT_EQ(drawn(3), unseen);
+  }
+}
+
+// Seen between its steps, the surface is closed all the time, also where it leaves whole bricks behind.
+TEST(Strokes, WhatIsSeenOfAStampIsClosed) {
+  Brush raise = *Brush::of(Method::raise), wax = *Brush::of(Method::wax);
+  raise.height = 15.5;
+  wax.blend = 3;
+  const std::vector<uint8_t> white(64 * 64, 255);
+  for (const char* what : {"raise", "lower", "emboss", "wax"}) {
+    SCOPED_TRACE(what);
+    Brush brush = what[0] == 'w' ? wax : raise;
+    if (what[0] == 'l') brush.operations[0].amount = -1;
+    if (what[0] == 'e') brush.image = std::make_shared<const HeightImage>(64, 64, white);
+    // Its top lies so that a tile above it becomes clay through and through.
+    const Version block = makeBlock(Store::make(), Grid{}, Vec3d(0, 0, -7.6), {80, 80, 20}, 0);
+    BrushStroke stroke(block, std::make_shared<const Brush>(brush));
+    Surface surface;
+    int steps = 0;
+    for (int i = 0; i < 3; ++i) {
+      const Stamp stamp{Vec3d(3 * i, 0, 0), Vec3d(3 * i + 3, 0, 0), what[0] == 'w' ? 50.0 : 70.0};
+      while (stroke.step({&stamp, 1})) {
+        ++steps;
+        if (surface.update(stroke.publish()).changed.empty()) continue;
+        ASSERT_TRUE(checkTopology(surface.toMesh()).closed()) << steps;
+      }
+    }
+    EXPECT_GT(steps, 3);
   }
 }
 
