@@ -26,10 +26,6 @@ class Steps {
   };
 
   Steps(Steps&& other) noexcept : at_(std::exchange(other.at_, nullptr)) {}
-  Steps& operator=(Steps&& other) noexcept {
-    std::swap(at_, other.at_);
-    return *this;
-  }
   ~Steps() {
     if (at_) at_.destroy();
   }

@@ -9,8 +9,8 @@ namespace argil::clay {
 
 namespace {
 
-// Bricks that are made, or looked at, between two pauses.
-constexpr size_t kBricksAStep = 512;
+// Bricks that are made, or looked at.
+constexpr size_t kBetweenPauses = 512;
 // Voxels within this of what was asked for have a neighbour that is not known, so their foot is only a guess.
 constexpr float kMargin = 1;
 
@@ -56,7 +56,7 @@ Steps WideDistance::extend(std::span<const Coord> bricks, float reach) {
       readSlot(slot, band, side_, fresh->u);
       for (int i = 0; i < kBrickVoxels; ++i) fresh->frozen[i >> 6] |= uint64_t{fresh->u[i] < band} << (i & 63);
       blocks_.emplace(c, std::move(fresh));
-      if (++made % kBricksAStep == 0) co_yield Steps::kPause;
+      if (++made % kBetweenPauses == 0) co_yield Steps::kPause;
     }
     any = true;
     wanted.add(c);
@@ -69,7 +69,7 @@ Steps WideDistance::extend(std::span<const Coord> bricks, float reach) {
   std::sort(all.begin(), all.end());
   std::vector<Block*> blocks(all.size());
   for (size_t i = 0; i < all.size(); ++i) blocks[i] = blocks_.at(all[i]).get();
-  const bool inSteps = all.size() > kBricksAStep;
+  const bool inSteps = all.size() > kBetweenPauses;
   using Solver = JacobiSolver<2>;
   Solver solver(all, threads_, inSteps ? Solver::Memory::own : Solver::Memory::ofThread);
   const auto begin = [&](size_t i) {
@@ -91,8 +91,8 @@ Steps WideDistance::extend(std::span<const Coord> bricks, float reach) {
     }
     solver.begin(i, wide, blocks[i]->frozen, unknown);
   };
-  for (size_t from = 0; from < all.size(); from += kBricksAStep) {
-    forEachBrickOf(std::min(kBricksAStep, all.size() - from), threads_, [&](size_t i) { begin(from + i); });
+  for (size_t from = 0; from < all.size(); from += kBetweenPauses) {
+    forEachBrickOf(std::min(kBetweenPauses, all.size() - from), threads_, [&](size_t i) { begin(from + i); });
     if (inSteps) co_yield Steps::kPause;
   }
   // What is known travels a voxel along an axis a pass and is settled once all upwind of it is.
@@ -115,9 +115,9 @@ Steps WideDistance::extend(std::span<const Coord> bricks, float reach) {
     solver.around(i, wide);
     wideFeet(wide, block.foot.get(), block.feet);
   };
-  for (size_t from = 0; from < all.size(); from += kBricksAStep) {
+  for (size_t from = 0; from < all.size(); from += kBetweenPauses) {
     if (inSteps) co_yield Steps::kPause;
-    forEachBrickOf(std::min(kBricksAStep, all.size() - from), threads_, [&](size_t i) { end(from + i); });
+    forEachBrickOf(std::min(kBetweenPauses, all.size() - from), threads_, [&](size_t i) { end(from + i); });
   }
 }
 

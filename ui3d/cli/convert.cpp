@@ -10,6 +10,7 @@
 
 #include "clay/base/error.h"
 #include "clay/whole/change_precision.h"
+#include "engine/models/cad_export.h"
 #include "engine/models/export_presets.h"
 #include "engine/models/load_document.h"
 #include "engine/saving/saved_document.h"
@@ -25,8 +26,6 @@
 
 namespace argil::cli {
 namespace {
-
-constexpr int kMostFaces = 4000;  // within an error, where no count is given
 
 // Above one a count of triangles, else a part of what there is.
 uint64_t wantedTriangles(double reduce, uint64_t triangles) {
@@ -44,7 +43,8 @@ engine::ModelExport exportOf(const ConvertOptions& options, const std::vector<io
     how.errorMm = options.errorMm;
   how.grade = options.surface;
   how.draco = options.draco;
-  if (options.faces || options.errorMm) how.cadQuads = static_cast<size_t>(options.faces.value_or(kMostFaces));
+  if (options.faces || options.errorMm)
+    how.cadQuads = options.faces ? static_cast<size_t>(*options.faces) : engine::kMostFacesWithin;
   if (options.quads) how.quads = static_cast<size_t>(*options.quads);
   if (options.textures) how.texturePixels = *options.textures;
   how.recentre = options.recentre;

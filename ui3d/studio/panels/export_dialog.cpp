@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/models/cad_export.h"
 #include "engine/models/export_presets.h"
 #include "io/cad/cad_body.h"
 #include "io/textured/textured_mesh.h"
@@ -16,7 +17,6 @@ namespace {
 constexpr size_t kColumns = 4;
 constexpr int kQuads = 3;  // ExportChoice::reduce
 constexpr std::array kPixels = {0, 1024, 2048, 4096};
-constexpr size_t kMostFacesWithin = 4000;  // of CAD, within an error
 
 // The formats as switches; what the last one that is on is for, or what all have in common.
 void formats(ExportChoice& choice) {
@@ -150,7 +150,7 @@ engine::ModelExport optionsOf(const Context& context, const ExportChoice& choice
   if (choice.smooth == 0) {
     options.cadQuads = size_t(std::llround(choice.faces));
   } else {
-    options.cadQuads = kMostFacesWithin;
+    options.cadQuads = engine::kMostFacesWithin;
     options.cadErrorMm = choice.smoothErrorMm;
   }
   options.recentre = choice.recentre;
