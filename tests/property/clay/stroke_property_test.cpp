@@ -146,6 +146,36 @@ TEST(Strokes, InStepsIsTheSameStroke) {
   }
 }
 
+// The same on clay that is painted and masked, with two images.
+TEST(Strokes, InStepsOnPaintedAndMaskedClay) {
+  Version clay = makeSphere(Store::make(), Grid{}, Vec3d(0.2, 0.1, 0.3), 45);
+  for (const Property property : {Property::colour, Property::mask}) {
+    Brush set;
+    set.operations = {{.property = property, .method = Method::set}};
+    set.colour = {200, 10, 30};
+    BrushStroke stroke(clay, std::make_shared<const Brush>(set));
+    stroke.apply({Vec3d(80, 30, 0), Vec3d(70, 50, 10), 25});
+    clay = stroke.finish();
+  }
+  for (const Method method : {Method::smooth, Method::tug, Method::add}) {
+    const auto drawn = [&](bool seen) {
+      BrushStroke stroke(clay, Brush::of(method));
+      int pauses = 0;
+      for (int i = 0; i < 5; ++i) {
+        const Stamp images[] = {{Vec3d(90, 5 * i, 0), Vec3d(89, 5 * i + 5, 0), 70},
+                                {Vec3d(-90, 5 * i, 0), Vec3d(-89, 5 * i + 5, 0), 70}};
+        while (stroke.step(images)) {
+          ++pauses;
+          if (seen) (void)stroke.publish();
+        }
+      }
+      EXPECT_GT(pauses, 10);
+      return stroke.finish().hash();
+    };
+    EXPECT_EQ(drawn(true), drawn(false)) << int(method);
+  }
+}
+
 // Seen between its steps, the surface is closed all the time, also where it leaves whole bricks behind.
 TEST(Strokes, WhatIsSeenOfAStampIsClosed) {
   Brush raise = *Brush::of(Method::raise), wax = *Brush::of(Method::wax);
