@@ -28,7 +28,8 @@ constexpr std::array kKinds{
              "The smallest file: rounded within a stated error. It names no unit: read it as mm.", true},
     FileKind{".step", "STEP", "mm", true, true,
              "For CAD: few smooth faces, fitted to the clay; it is said how far they lie off.", false},
-    FileKind{".iges", "IGES", "mm", true, true, "The same for CAD programs that read no STEP.", false},
+    FileKind{".iges", "IGES", "mm", true, true, "For CAD programs that read no STEP: the same few smooth faces.",
+             false},
     FileKind{".vdb", "OpenVDB", "", true, true,
              "The clay itself, as a level set, for effects and simulation. It names no unit: read it as mm.", false},
     // One model in it, of a kind that names no unit as a rule.
