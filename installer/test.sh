@@ -87,7 +87,8 @@ if $long; then
   runTests asan
   # The system's TBB is not instrumented: the test programs run it on one thread, and the command line is left out.
   buildPreset tsan
-  export TSAN_OPTIONS="suppressions=$root/tests/support/tsan.supp"
+  # Tests of power cuts fork while TBB's threads rest.
+  export TSAN_OPTIONS="suppressions=$root/tests/support/tsan.supp die_after_fork=0"
   runTests tsan -E '^e2e'
   say "the worked examples of CONTRIBUTING.md"
   if "$root/scripts/examples.sh"; then passed=$((passed + 1)); else failed=$((failed + 1)); fi

@@ -20,6 +20,7 @@
 #include "clay/field/redistance.h"
 #include "clay/kernels/brush_kernels.h"
 #include "clay/store/brick_set.h"
+#include "clay/store/change_in_parts.h"
 #include "clay/store/store.h"
 
 namespace argil::clay {
@@ -297,37 +298,18 @@ std::vector<Coord> BrushStroke::State::bricksWithin(std::span<const Stamp> image
   return all;
 }
 
-// Computes bricks from the clay as it is now; what the method does before, if that is not done yet.
-//
-// Of many bricks those are seen that are done, in an order that leaves no hole: a surface has to stay away from tiles.
-// First come the bricks that were tiles, at once; then, step by step, what was and stays a brick; at last, at once,
-// what becomes a tile. Between, there is a brick wherever there was one before or is one after, and values of before
-// and after meet in bricks alone: a surface that follows versions counts on it. Where a tile becomes the other one
-// nothing is seen until all is done.
+// Computes bricks (sorted) from the clay as it is now; what the method does before, if that is not done yet. Of many
+// bricks those are seen that are done.
 Steps BrushStroke::State::work(std::span<const Stamp> images, std::vector<Coord> coords, bool begins,
                                std::vector<Coord>& influenced) {
   if (coords.empty()) co_return;
   const bool inSteps = coords.size() > kBricksAStep;
   const Version was = inSteps ? commit() : Version();
   Sampler field = was ? Sampler(was) : Sampler(*editor);
-  const bool hides = inSteps && !seen;
-  if (hides) seen = was;
   if (inSteps && !safe) safe = was;
   if (begins)
     for (Steps each = method->begin(field, images, coords); each.next();)
       if (inSteps) co_yield Steps::kPause;
-  auto tiles = coords.begin();
-  if (inSteps)
-    tiles = std::stable_partition(coords.begin(), coords.end(), [&](Coord c) { return field.slot(c).isTile(); });
-  bool flips = false;
-  // What becomes a tile, or might: clay of 16 bits says so when it is linked.
-  struct Last {
-    Coord coord;
-    bool inBand;
-    BrickValues value;
-    uint64_t inside[kBrickEdge];
-  };
-  std::vector<Last> last;
   const float band = editor->grid().band;
   const bool masks = editor->has(Channel::mask);
   struct Result {
@@ -340,10 +322,10 @@ Steps BrushStroke::State::work(std::span<const Stamp> images, std::vector<Coord>
   for (const Stamp& s : images) largest = std::max(largest, s.largestRadius() * aroundTip(*brush));
   std::vector<Result> results;
   std::vector<Coord> changed, drifted;
-  const auto firstBrick = static_cast<size_t>(tiles - coords.begin());
+  std::optional<ChangeInParts> seenChange;
+  if (inSteps) seenChange.emplace(*editor, coords);
   for (size_t from = 0, to; from < coords.size(); from = to) {
-    to = std::min(from + kBricksAStep, from < firstBrick ? firstBrick : coords.size());
-    if (hides && from == firstBrick && !flips) seen = {};
+    to = std::min(from + kBricksAStep, coords.size());
     const std::span<const Coord> some = std::span(coords).subspan(from, to - from);
     results.assign(some.size(), {});
     for (size_t i = 0; i < some.size(); ++i) {
@@ -364,40 +346,28 @@ Steps BrushStroke::State::work(std::span<const Stamp> images, std::vector<Coord>
           }
         },
         16);
-    for (const Result& r : results) {
+    for (size_t i = 0; i < some.size(); ++i) {
+      const Result& r = results[i];
       if (!r.change.changed) {
         editor->recycle(r.brick);
         continue;
       }
-      const Coord coord = r.brick->coord;
       const Renew renew = masks ? std::max(method->leaves(), Renew::slopes) : method->leaves();
-      if (trail.change(coord, method->lasting() ? 0 : r.most, renew)) drifted.push_back(coord);
-      changed.push_back(coord);
-      const FloatBrick& made = *r.brick;
-      const auto near = [&](float phi) { return std::abs(phi) < band - editor->step(); };
-      if (!inSteps || std::any_of(std::begin(made.value), std::end(made.value), near)) {
+      if (trail.change(some[i], method->lasting() ? 0 : r.most, renew)) drifted.push_back(some[i]);
+      changed.push_back(some[i]);
+      if (seenChange)
+        seenChange->link(from + i, field.slot(some[i]), r.brick, r.change.inBand);
+      else
         editor->link(r.brick, r.change.inBand);
-        continue;
-      }
-      flips |= from < firstBrick;
-      Last& one = last.emplace_back(Last{coord, r.change.inBand, {}, {}});
-      std::copy(std::begin(made.value), std::end(made.value), one.value);
-      std::copy(std::begin(made.inside), std::end(made.inside), one.inside);
-      editor->recycle(r.brick);
     }
-    if (inSteps) co_yield Steps::kPause;
+    if (!seenChange) continue;
+    seenChange->done(to);
+    co_yield Steps::kPause;
   }
-  for (const Last& one : last) {
-    FloatBrick* brick = editor->newBrick(one.coord);
-    std::copy(std::begin(one.value), std::end(one.value), brick->value);
-    std::copy(std::begin(one.inside), std::end(one.inside), brick->inside);
-    editor->link(brick, one.inBand);
-  }
-  if (hides) seen = {};
   touched += coords.size();
   // The surface may have come nearer to a neighbour that is a tile yet: redistancing makes the brick if so.
-  const std::vector<Coord> around = withNeighbours(changed);
-  influenced.insert(influenced.end(), around.begin(), around.end());
+  const std::vector<Coord> near = withNeighbours(changed);
+  influenced.insert(influenced.end(), near.begin(), near.end());
   if (!drifted.empty())
     for (Steps each = redistanceBricks(trail.takeNow(drifted)); each.next();) co_yield Steps::kPause;
   if (inSteps) collect();

@@ -188,9 +188,9 @@ class Raising : public DistanceMethod {
   [[nodiscard]] Vec3d lowered(const Vec3d& place) const;
   [[nodiscard]] Vec3d lifted(const Vec3d& place);
   void apply(Coord coord, const WideDistance::Block& block, std::span<const Stamp> current, Layer& layer) const;
-  [[nodiscard]] bool raise(std::span<const Stamp> images, Coord coord, const WideDistance::Block& block,
-                           const uint64_t* mask, Layer& layer) const;
-  void emboss(const Stamp& stamp, Coord coord, const WideDistance::Block& block, float (&weight)[kBrickVoxels]) const;
+  [[nodiscard]] bool raise(std::span<const Stamp> images, Coord coord, const float* foot, const uint64_t* mask,
+                           Layer& layer) const;
+  void emboss(const Stamp& stamp, Coord coord, const float* foot, float (&weight)[kBrickVoxels]) const;
   [[nodiscard]] const Layer* layer(Coord coord) const {
     const auto it = layers_.find(coord);
     return it == layers_.end() ? nullptr : it->second.get();
@@ -217,6 +217,10 @@ class Raising : public DistanceMethod {
   float radius_ = 0;   // of its tip
 };
 
+bool anyKnown(const WideDistance::Block& block) {
+  return std::any_of(std::begin(block.known), std::end(block.known), [](uint64_t row) { return row != 0; });
+}
+
 // What is known around a place of a field and of the heights above it, if all is.
 struct Around {
   float u, height;
@@ -229,15 +233,17 @@ std::optional<Around> around(const WideDistance& field, const Vec3d& place, cons
   const Vec3f t = (place - floor).cast<float>();
   // u, height, foot of the corners; halves are summed pair by pair, so that mirroring changes no bit.
   float value[8][5];
+  WideDistance::Feet feet;
+  std::optional<Coord> feetOf;
   for (int i = 0; i < 8; ++i) {
     const Coord v = first + Coord{i >> 2, (i >> 1) & 1, i & 1};
     const Coord coord = v >> kBrickBits;
     const int at = Brick::offset(v.x & 7, v.y & 7, v.z & 7);
     const WideDistance::Block* block = field.find(coord);
-    if (!block || !block->foot || !((block->known[at >> 6] >> (at & 63)) & 1) || !heightAt(coord, at, value[i][1]))
-      return std::nullopt;
+    if (!block || !((block->known[at >> 6] >> (at & 63)) & 1) || !heightAt(coord, at, value[i][1])) return std::nullopt;
+    if (feetOf != coord) field.feet(*(feetOf = coord), feet);
     value[i][0] = block->u[at];
-    for (int axis = 0; axis < 3; ++axis) value[i][2 + axis] = block->foot[axis * kBrickVoxels + at];
+    for (int axis = 0; axis < 3; ++axis) value[i][2 + axis] = feet.foot[axis * kBrickVoxels + at];
   }
   float mean[5];
   for (int k = 0; k < 5; ++k) {
@@ -307,7 +313,7 @@ Steps Raising::begin(Sampler&, std::span<const Stamp> images, std::span<const Co
   std::vector<std::pair<const WideDistance::Block*, Layer*>> work(bricks.size());
   for (size_t i = 0; i < bricks.size(); ++i) {
     work[i].first = base_->find(bricks[i]);
-    if (!work[i].first || !work[i].first->foot) continue;
+    if (!work[i].first || !anyKnown(*work[i].first)) continue;
     std::unique_ptr<Layer>& layer = layers_[bricks[i]];
     if (!layer) layer = std::make_unique<Layer>();
     work[i].second = layer.get();
@@ -335,8 +341,10 @@ Steps Raising::begin(Sampler&, std::span<const Stamp> images, std::span<const Co
 
 // Raises a brick by the application that was added last, and by those before it where they have not been heeded yet.
 void Raising::apply(Coord coord, const WideDistance::Block& block, std::span<const Stamp> current, Layer& layer) const {
-  const Vec3f low(block.feet[0][0], block.feet[0][1], block.feet[0][2]),
-      high(block.feet[1][0], block.feet[1][1], block.feet[1][2]);
+  WideDistance::Feet feet;
+  base_->feet(coord, feet);
+  const Vec3f low(feet.box[0][0], feet.box[0][1], feet.box[0][2]),
+      high(feet.box[1][0], feet.box[1][1], feet.box[1][2]);
   if (!(low.x() <= high.x())) return;
   const Vec3d middle = (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5);
   const Vec3d from = middle + low.cast<double>(), to = middle + high.cast<double>(), centre = (from + to) / 2;
@@ -359,25 +367,25 @@ void Raising::apply(Coord coord, const WideDistance::Block& block, std::span<con
     for (const uint32_t i : before) {
       if (i + 1 >= applications_.count()) break;
       applications_.images(i, images);
-      if (near(images)) changed |= raise(images, coord, block, fresh, layer);
+      if (near(images)) changed |= raise(images, coord, feet.foot, fresh, layer);
     }
   }
-  if (near(current) && raise(current, coord, block, block.known, layer)) {
+  if (near(current) && raise(current, coord, feet.foot, block.known, layer)) {
     layer.changedBy = applications_.count();
     changed = true;
   }
   if (changed) layer.most = *std::max_element(std::begin(layer.height), std::end(layer.height));
 }
 
-bool Raising::raise(std::span<const Stamp> images, Coord coord, const WideDistance::Block& block, const uint64_t* mask,
+bool Raising::raise(std::span<const Stamp> images, Coord coord, const float* foot, const uint64_t* mask,
                     Layer& layer) const {
   float weight[kBrickVoxels] = {};
   if (!brush_->image) {
     for (const Stamp& each : images)
-      footWeights(sweptBall(each, coord), static_cast<int>(operation_.shape), each.strength, block.foot.get(), weight);
+      footWeights(sweptBall(each, coord), static_cast<int>(operation_.shape), each.strength, foot, weight);
     return raiseHeights(weight, step(), limit(), mask, layer.height);
   }
-  for (const Stamp& each : images) emboss(each, coord, block, weight);
+  for (const Stamp& each : images) emboss(each, coord, foot, weight);
   bool any = false;
   for (int i = 0; i < kBrickVoxels; ++i) {
     const float height = weight[i] * rise_;
@@ -390,8 +398,7 @@ bool Raising::raise(std::span<const Stamp> images, Coord coord, const WideDistan
 
 // The largest of what `weight` holds and the image over the stamp's x and y at its end, fading towards the rim by the
 // falloff.
-void Raising::emboss(const Stamp& stamp, Coord coord, const WideDistance::Block& block,
-                     float (&weight)[kBrickVoxels]) const {
+void Raising::emboss(const Stamp& stamp, Coord coord, const float* foot, float (&weight)[kBrickVoxels]) const {
   const HeightImage& image = *brush_->image;
   const auto radius = static_cast<float>(stamp.radiusAtEnd());
   // An image's pixels to a voxel.
@@ -400,7 +407,7 @@ void Raising::emboss(const Stamp& stamp, Coord coord, const WideDistance::Block&
   const Vec3f ex = stamp.axes.col(0), ey = stamp.axes.col(1), ez = stamp.axes.col(2);
   for (int i = 0; i < kBrickVoxels; ++i) {
     const Vec3f at = frame.at(i >> 6, (i >> 3) & 7, i & 7) +
-                     Vec3f(block.foot[i], block.foot[kBrickVoxels + i], block.foot[2 * kBrickVoxels + i]);
+                     Vec3f(foot[i], foot[kBrickVoxels + i], foot[2 * kBrickVoxels + i]);
     const auto along = [&](const Vec3f& axis) {
       return ((at.x() * axis.x() + at.y() * axis.y()) + at.z() * axis.z()) / radius;
     };

@@ -9,6 +9,8 @@ namespace argil::clay {
 
 namespace {
 
+using Solver = JacobiSolver<2>;
+
 // Bricks that are made, or looked at.
 constexpr size_t kBetweenPauses = 512;
 // Voxels within this of what was asked for have a neighbour that is not known, so their foot is only a guess.
@@ -29,6 +31,15 @@ void readSlot(Slot slot, float band, float side, float* u) {
   }
 }
 
+bool isOpen(const WideDistance::Block& block) {
+  return std::any_of(std::begin(block.u), std::end(block.u), [](float u) { return u >= kUnknownDistance; });
+}
+
+void isSolved(WideDistance::Block& block, float reach) {
+  block.solvedTo = std::max(block.solvedTo, reach);
+  for (int v = 0; v < kBrickVoxels; ++v) block.known[v >> 6] |= uint64_t{block.u[v] < reach - kMargin} << (v & 63);
+}
+
 }  // namespace
 
 const WideDistance::Block* WideDistance::find(Coord brick) const {
@@ -41,13 +52,30 @@ void WideDistance::keepOnly(std::span<const Coord> bricks) {
                 [&](const auto& entry) { return !std::binary_search(bricks.begin(), bricks.end(), entry.first); });
 }
 
+const float* WideDistance::beside(Coord brick, size_t face, float (&room)[kBrickVoxels]) const {
+  const Coord near = brick + kFaceSteps[face];
+  if (const Block* block = find(near)) return block->u;
+  readSlot(version_.find(near), version_.grid().band, side_, room);
+  return room;
+}
+
+void WideDistance::feet(Coord brick, Feet& feet) const {
+  float wide[kWideSize], room[kBrickVoxels];
+  Solver::putBrick(find(brick)->u, wide);
+  for (size_t face = 0; face < 6; ++face) Solver::putFace(beside(brick, face, room), face, wide);
+  wideFeet(wide, feet.foot, feet.box);
+}
+
 Steps WideDistance::extend(std::span<const Coord> bricks, float reach) {
   const float band = version_.grid().band;
   BrickSet wanted;
+  std::vector<Block*> known;  // all of their voxels
   bool any = false;
   for (size_t made = 0; const Coord c : bricks) {
-    const Block* block = find(c);
+    const auto at = blocks_.find(c);
+    Block* block = at == blocks_.end() ? nullptr : at->second.get();
     if (block && block->solvedTo >= reach) continue;
+    const float before = block ? block->solvedTo : 0;
     if (!block) {
       const Slot slot = version_.find(c);
       // All of it lies beyond the surface, where nobody asks.
@@ -55,34 +83,34 @@ Steps WideDistance::extend(std::span<const Coord> bricks, float reach) {
       auto fresh = std::make_unique<Block>();
       readSlot(slot, band, side_, fresh->u);
       for (int i = 0; i < kBrickVoxels; ++i) fresh->frozen[i >> 6] |= uint64_t{fresh->u[i] < band} << (i & 63);
-      blocks_.emplace(c, std::move(fresh));
+      fresh->open = isOpen(*fresh);
+      block = blocks_.emplace(c, std::move(fresh)).first->second.get();
       if (++made % kBetweenPauses == 0) co_yield Steps::kPause;
+    }
+    if (!block->open) {
+      known.push_back(block);
+      continue;
     }
     any = true;
     wanted.add(c);
-    // What is beside it was solved without it.
+    // What goes on from it, or was solved farther while nothing was known here.
     for (const Coord step : kFaceSteps)
-      if (find(c + step)) wanted.add(c + step);
+      if (const Block* near = find(c + step); near && (near->open || near->solvedTo > before)) wanted.add(c + step);
   }
+  for (Block* each : known) isSolved(*each, reach);
   if (!any) co_return;
   std::vector<Coord> all = wanted.sorted();
   std::sort(all.begin(), all.end());
   std::vector<Block*> blocks(all.size());
   for (size_t i = 0; i < all.size(); ++i) blocks[i] = blocks_.at(all[i]).get();
   const bool inSteps = all.size() > kBetweenPauses;
-  using Solver = JacobiSolver<2>;
   Solver solver(all, threads_, inSteps ? Solver::Memory::own : Solver::Memory::ofThread);
   const auto begin = [&](size_t i) {
     float wide[kWideSize], read[kBrickVoxels];
     Solver::putBrick(blocks[i]->u, wide);
     // Around what is solved: from blocks where there are any, else from the version.
-    for (size_t face = 0; face < 6; ++face) {
-      if (solver.hasBeside(i, face)) continue;
-      const Coord near = all[i] + kFaceSteps[face];
-      const Block* block = find(near);
-      if (!block) readSlot(version_.find(near), band, side_, read);
-      Solver::putFace(block ? block->u : read, face, wide);
-    }
+    for (size_t face = 0; face < 6; ++face)
+      if (!solver.hasBeside(i, face)) Solver::putFace(beside(all[i], face, read), face, wide);
     uint64_t unknown = 0;
     for (int row = 0; row < kBrickEdge * kBrickEdge; ++row) {
       const float* values = blocks[i]->u + row * kBrickEdge;
@@ -104,16 +132,9 @@ Steps WideDistance::extend(std::span<const Coord> bricks, float reach) {
     if (inSteps) co_yield Steps::kPause;
   const auto end = [&](size_t i) {
     Block& block = *blocks[i];
-    block.solvedTo = std::max(block.solvedTo, reach);
     std::copy_n(solver.values(i), kBrickVoxels, block.u);
-    uint64_t some = 0;
-    for (int v = 0; v < kBrickVoxels; ++v)
-      some |= block.known[v >> 6] |= uint64_t{block.u[v] < reach - kMargin} << (v & 63);
-    if (some == 0) return;
-    if (!block.foot) block.foot = std::make_unique_for_overwrite<float[]>(3 * kBrickVoxels);
-    float wide[kWideSize];
-    solver.around(i, wide);
-    wideFeet(wide, block.foot.get(), block.feet);
+    block.open = isOpen(block);
+    isSolved(block, reach);
   };
   for (size_t from = 0; from < all.size(); from += kBetweenPauses) {
     if (inSteps) co_yield Steps::kPause;

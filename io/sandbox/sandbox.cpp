@@ -138,10 +138,12 @@ std::string callName(int number) {
 
 void limitResources(const ProcessLimits& limits) {
   if (limits.endsWithParentThread) ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (!kConfinesNothing) limit(RLIMIT_AS, limits.memoryBytes);
   if (limits.cpuSeconds > 0) limit(RLIMIT_CPU, limits.cpuSeconds);
   limit(RLIMIT_NOFILE, 64);
-  limit(RLIMIT_FSIZE, 0);
+  if (!kConfinesNothing) {
+    limit(RLIMIT_AS, limits.memoryBytes);
+    limit(RLIMIT_FSIZE, 0);
+  }
   limit(RLIMIT_CORE, 0);
   if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0)
     throw Error("the process could not give up its privileges", Error::Kind::work);

@@ -21,7 +21,8 @@ struct ProcessLimits {
   bool endsWithParentThread = false;  ///< With the thread that started it, whatever ends that.
 };
 /// Sets these limits, 64 open files, no bytes into files, no core and no new privileges. Under sanitizers, which
-/// reserve terabytes, the address space stays free. Throws Error (work) when the system refuses.
+/// reserve terabytes and write what they find, the address space stays free, and files may grow. Throws Error (work)
+/// when the system refuses.
 void limitResources(const ProcessLimits& limits);
 
 /// From here on this thread and those that it starts open no file but these, and what lies in those that are folders,
