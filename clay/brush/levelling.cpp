@@ -21,6 +21,8 @@ constexpr float kMost = 1.5f;
 constexpr double kKeep = 0.5;
 // Sums are of multiples of this: exact, so that their order does not matter.
 constexpr double kGrain = 1.0 / (1 << 22);
+// From the middle of a brick's voxels to the outermost, and a little for rounding.
+const double kHalfDiagonal = 3.5 * std::sqrt(3.0) + 0.01;
 
 class Levelling : public DistanceMethod {
  public:
@@ -65,6 +67,7 @@ Vec3d middleOf(const Stamp& stamp) {
 void Levelling::sample(Sampler& before, const Stamp& stamp, std::span<const Coord> bricks,
                        std::vector<Sample>& samples) {
   const Vec3d middle = middleOf(stamp);
+  SurfaceParts parts;
   for (const Coord coord : bricks) {
     const Slot slot = before.slot(coord);
     if (slot.isTile() ||
@@ -72,26 +75,14 @@ void Levelling::sample(Sampler& before, const Stamp& stamp, std::span<const Coor
       continue;
     float padded[kPaddedSize] = {}, weight[kBrickVoxels];
     gatherPadded(before, coord, padded);
-    BrickValues scratch;
-    const BrickValues& values = slot.brick()->values(scratch);
     imageWeights(std::span(&stamp, 1), Falloff::smooth, coord, weight);
-    const BrickFrame frame(middle, coord);
-    for (int i = 0; i < kBrickVoxels; ++i) {
-      const float phi = values[i];
-      // A cubic B-spline of the distance: together the voxels weigh the surface's area, wherever it lies between them.
-      const float t = std::abs(phi), out = 2 - t;
-      const float w = weight[i] * (t < 1   ? (2.0f / 3) - t * t * (1 - 0.5f * t)
-                                   : t < 2 ? out * out * out * (1.0f / 6)
-                                           : 0.0f);
-      if (!(w > 0)) continue;
-      const int x = i >> 6, y = (i >> 3) & 7, z = i & 7, at = paddedOffset(x + 1, y + 1, z + 1);
-      const Vec3f g(padded[at + 10 * kPaddedRow] - padded[at - 10 * kPaddedRow],
-                    padded[at + kPaddedRow] - padded[at - kPaddedRow], padded[at + 1] - padded[at - 1]);
-      const float length = std::sqrt((g.x() * g.x() + g.y() * g.y()) + g.z() * g.z());
-      if (!(length > 0.2f)) continue;
-      const Vec3f n = g / length, p = frame.at(x, y, z) - n * phi;
-      samples.push_back({w, n, p});
-    }
+    const Vec3f origin = BrickFrame(middle, coord).middle;
+    surfaceParts(padded, weight, {origin.x(), origin.y(), origin.z()}, parts);
+    const auto of = [](const float(&axes)[3][kBrickVoxels], int i) {
+      return Vec3f(axes[0][i], axes[1][i], axes[2][i]);
+    };
+    for (int i = 0; i < kBrickVoxels; ++i)
+      if (parts.weight[i] > 0) samples.push_back({parts.weight[i], of(parts.normal, i), of(parts.place, i)});
   }
 }
 
@@ -157,14 +148,21 @@ Steps Levelling::begin(Sampler& before, std::span<const Stamp> images, std::span
 // stays as it is, and no lip grows from an edge.
 bool Levelling::brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const {
   if (before.slot(coord).isTile()) return false;
-  constexpr int kX = 16 * kBroadRow, kY = kBroadRow;
-  float broad[kBroadSize] = {}, cut[kBrickVoxels] = {}, heap[kBrickVoxels] = {};
-  gatherBroad(before, coord, 4, broad);
-  const Vec3d middle = (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5);
   // Below zero scraping fills and filling scrapes.
   const bool down =
       operation_.method == Method::flatten || (operation_.method == Method::scrape) == (operation_.amount >= 0);
   const bool up = operation_.method == Method::flatten || !down;
+  const Vec3d middle = (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5);
+  // Whether a plane lies so that some voxel of the band may go its way.
+  const bool moves = std::any_of(planes_.begin(), planes_.end(), [&](const std::optional<Fitted>& plane) {
+    if (!plane) return false;
+    const double above = plane->normal.dot(middle - plane->point), far = static_cast<double>(band_) + kHalfDiagonal;
+    return (down && above > -far) || (up && above < far);
+  });
+  if (!moves) return false;
+  constexpr int kX = 16 * kBroadRow, kY = kBroadRow;
+  float broad[kBroadSize] = {}, cut[kBrickVoxels] = {}, heap[kBrickVoxels] = {};
+  gatherBroad(before, coord, 4, broad);
   FieldSample samples[kBrickVoxels];
   FieldValue values[kBrickVoxels];
   int voxels[kBrickVoxels];

@@ -51,6 +51,11 @@ class Smoothing : public DistanceMethod {
     return means;
   }
   void gatherWeights(size_t i, float* broad) const;
+  // The mean of brick i, `spacing` voxels apart, of the means so far; `broad` is room.
+  void meanOf(size_t i, int spacing, Sampler& before, float (&broad)[kBroadSize], float (&mean)[kBrickVoxels]) const;
+  // Towards its mean: what becomes of brick i, and its weights.
+  void blend(size_t i, std::span<const Stamp> images, Sampler& before, float (&mean)[kBrickVoxels],
+             float (&weight)[kBrickVoxels]) const;
 
   Operation operation_;
   float band_, perStamp_;
@@ -60,9 +65,31 @@ class Smoothing : public DistanceMethod {
   std::vector<Coord> bricks_;
   std::vector<std::array<ptrdiff_t, kBricksAround>> around_;  // indices among bricks_
   std::vector<Values> means_;                                 // of the neighbours, near and far
-  std::vector<Values> weights_;  // 0 where nothing is known; before, room for the next means
+  int spacing_ = 1;  // of the last means, which bricks compute themselves unless the volume is kept
+  float share_ = 1;  // of the way to them
+  // Where the volume is kept, what bricks become stands in means_, and is put back by these weights: 0 where nothing is
+  // known. Before, room for the next means.
+  std::vector<Values> weights_;
   float putBack_ = 0;
 };
+
+void Smoothing::meanOf(size_t i, int spacing, Sampler& before, float (&broad)[kBroadSize],
+                       float (&mean)[kBrickVoxels]) const {
+  gatherBroad(before, bricks_[i], spacing, broad, spacing > 1 ? meansAround(i).data() : nullptr);
+  broadMean(broad, spacing, mean);
+}
+
+void Smoothing::blend(size_t i, std::span<const Stamp> images, Sampler& before, float (&mean)[kBrickVoxels],
+                      float (&weight)[kBrickVoxels]) const {
+  imageWeights(images, operation_.shape, bricks_[i], perStamp_, weight);
+  BrickValues scratch;
+  const BrickValues& values = before.slot(bricks_[i]).values(scratch, band_);
+  for (int v = 0; v < kBrickVoxels; ++v) {
+    const float phi = values[v];
+    if (!(std::abs(phi) < band_)) weight[v] = 0;
+    mean[v] = phi + weight[v] * share_ * (mean[v] - phi);
+  }
+}
 
 Steps Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) {
   const bool keep = operation_.method == Method::smoothKeep;
@@ -82,39 +109,27 @@ Steps Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span
   around_ = besideEach(bricks_, kAroundSteps);
   means_.resize(bricks_.size());
   weights_.resize(bricks_.size());
-  for (int spacing = 1; spacing <= 4; spacing *= 2) {
+  for (spacing_ = 1;; spacing_ *= 2) {
+    variance += 0.5 * spacing_ * spacing_;
+    const bool last = spacing_ == 4 || variance >= wanted;
+    if (last && !keep) break;
     for (size_t from = 0; from < bricks_.size(); from += kBricksAStep) {
       forBrickRanges(std::min(kBricksAStep, bricks_.size() - from), threads_, [&](size_t begin, size_t end) {
         Sampler mine = before;
         float broad[kBroadSize] = {};
-        for (size_t i = from + begin; i < from + end; ++i) {
-          gatherBroad(mine, bricks_[i], spacing, broad, spacing > 1 ? meansAround(i).data() : nullptr);
-          broadMean(broad, spacing, weights_[i].of);
-        }
+        for (size_t i = from + begin; i < from + end; ++i) meanOf(i, spacing_, mine, broad, weights_[i].of);
       });
       co_yield Steps::kPause;
     }
     std::swap(means_, weights_);
-    variance += 0.5 * spacing * spacing;
-    if (variance >= wanted) break;
+    if (last) break;
   }
-  const float share = operation_.amount * static_cast<float>(std::min(wanted / variance, 1.0));
+  share_ = operation_.amount * static_cast<float>(std::min(wanted / variance, 1.0));
+  if (!keep) co_return;
   forBrickRanges(bricks_.size(), threads_, [&](size_t begin, size_t end) {
     Sampler mine = before;
-    for (size_t i = begin; i < end; ++i) {
-      float(&mean)[kBrickVoxels] = means_[i].of, (&weight)[kBrickVoxels] = weights_[i].of;
-      imageWeights(images, operation_.shape, bricks_[i], perStamp_, weight);
-      BrickValues scratch;
-      const BrickValues& values = mine.slot(bricks_[i]).values(scratch, band_);
-      for (int v = 0; v < kBrickVoxels; ++v) {
-        const float phi = values[v];
-        if (!(std::abs(phi) < band_)) weight[v] = 0;
-        // From here on what it becomes.
-        mean[v] = phi + weight[v] * share * (mean[v] - phi);
-      }
-    }
+    for (size_t i = begin; i < end; ++i) blend(i, images, mine, means_[i].of, weights_[i].of);
   });
-  if (!keep) co_return;
   // What was taken is put back along the normals, by the same weights: Newton on the one number that says how much.
   // Volume is the length that lies inside of the lines of voxels along each axis.
   struct Edge {
@@ -187,6 +202,12 @@ bool Smoothing::brick(Sampler& before, std::span<const Stamp> images, Coord coor
   const auto it = std::lower_bound(bricks_.begin(), bricks_.end(), coord);
   if (it == bricks_.end() || *it != coord) return false;
   const auto at = static_cast<size_t>(it - bricks_.begin());
+  if (operation_.method != Method::smoothKeep) {
+    float broad[kBroadSize] = {}, weight[kBrickVoxels];
+    meanOf(at, spacing_, before, broad, phi);
+    blend(at, images, before, phi, weight);
+    return true;
+  }
   for (int v = 0; v < kBrickVoxels; ++v) phi[v] = means_[at].of[v] + weights_[at].of[v] * putBack_;
   return true;
 }

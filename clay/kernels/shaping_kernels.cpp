@@ -147,6 +147,37 @@ void Feet(const float* wide, float* foot, float (&box)[2][3]) {
   }
 }
 
+void Parts(const float* padded, const float* weight, const float (&origin)[3], SurfaceParts& parts) {
+  const RowTag d;
+  const Row zero = hn::Zero(d), one = hn::Set(d, 1.0f), two = hn::Set(d, 2.0f);
+  forRows([&](int voxel) {
+    const int x = voxel >> 6, y = (voxel >> 3) & 7, z = voxel & 7, at = paddedOffset(x + 1, y + 1, z + 1);
+    const Row phi = hn::LoadU(d, padded + at), t = hn::Abs(phi), out = hn::Sub(two, t);
+    const Row near = hn::Sub(hn::Set(d, 2.0f / 3), hn::Mul(hn::Mul(t, t), hn::Sub(one, hn::Mul(hn::Set(d, 0.5f), t))));
+    const Row far = hn::Mul(hn::Mul(hn::Mul(out, out), out), hn::Set(d, 1.0f / 6));
+    const Row spline = hn::IfThenElse(hn::Lt(t, one), near, hn::IfThenElse(hn::Lt(t, two), far, zero));
+    const Row w = hn::Mul(hn::LoadU(d, weight + voxel), spline);
+    if (hn::AllFalse(d, hn::Gt(w, zero))) {
+      hn::StoreU(zero, d, parts.weight + voxel);
+      return;
+    }
+    const auto slope = [&](int step) {
+      return hn::Sub(hn::LoadU(d, padded + at + step), hn::LoadU(d, padded + at - step));
+    };
+    const Row g[3] = {slope(10 * kPaddedRow), slope(kPaddedRow), slope(1)};
+    const Row length = hn::Sqrt(hn::Add(hn::Add(hn::Mul(g[0], g[0]), hn::Mul(g[1], g[1])), hn::Mul(g[2], g[2])));
+    hn::StoreU(hn::IfThenElseZero(hn::Gt(length, hn::Set(d, 0.2f)), w), d, parts.weight + voxel);
+    const Row middle[3] = {hn::Set(d, static_cast<float>(x) - 3.5f), hn::Set(d, static_cast<float>(y) - 3.5f),
+                           hn::Iota(d, static_cast<float>(z) - 3.5f)};
+    for (int axis = 0; axis < 3; ++axis) {
+      const Row normal = hn::Div(g[axis], length);
+      hn::StoreU(normal, d, parts.normal[axis] + voxel);
+      hn::StoreU(hn::Sub(hn::Sub(middle[axis], hn::Set(d, origin[axis])), hn::Mul(normal, phi)), d,
+                 parts.place[axis] + voxel);
+    }
+  });
+}
+
 void Weights(const SweptBall& b, int shape, float strength, const float* foot, float* weight) {
   const RowTag d;
   const Row one = hn::Set(d, 1.0f), zero = hn::Zero(d);
@@ -305,6 +336,7 @@ namespace argil::clay {
 
 HWY_EXPORT(Pass);
 HWY_EXPORT(Feet);
+HWY_EXPORT(Parts);
 HWY_EXPORT(Weights);
 HWY_EXPORT(Heights);
 HWY_EXPORT(Raised);
@@ -317,6 +349,9 @@ uint64_t widePass(const float* wide, const uint64_t* frozen, uint64_t rows, floa
 }
 void wideFeet(const float* wide, float* foot, float (&box)[2][3]) noexcept {
   HWY_DYNAMIC_DISPATCH(Feet)(wide, foot, box);
+}
+void surfaceParts(const float* padded, const float* weight, const float (&origin)[3], SurfaceParts& parts) noexcept {
+  HWY_DYNAMIC_DISPATCH(Parts)(padded, weight, origin, parts);
 }
 void footWeights(const SweptBall& ball, int shape, float strength, const float* foot, float* weight) noexcept {
   HWY_DYNAMIC_DISPATCH(Weights)(ball, shape, strength, foot, weight);

@@ -39,6 +39,15 @@ bool raiseHeights(const float* weight, float gain, float limit, const uint64_t* 
 /// `padded`: the heights with one voxel around them.
 void raisedDistances(const float* u, const float* padded, float side, float* phi) noexcept;
 
+/// What of the surface each voxel of a brick stands for: its share of the area (a cubic B-spline of its distance, times
+/// `weight`; 0 for none), the surface's normal there, and the place of it that is nearest, from `origin`, which is
+/// given from the brick's middle.
+struct SurfaceParts {
+  float weight[kBrickVoxels], normal[3][kBrickVoxels], place[3][kBrickVoxels];
+};
+/// `padded`: the field with one voxel around the brick.
+void surfaceParts(const float* padded, const float* weight, const float (&origin)[3], SurfaceParts& parts) noexcept;
+
 /// A brick with four voxels of its neighbours around it: [x][y][z] at (x·16 + y)·16 + z, voxel (0,0,0) of the brick at
 /// index 4, 4, 4.
 inline constexpr int kBroadRow = 16;
