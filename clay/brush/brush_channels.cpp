@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
+#include <utility>
 
 #include "clay/store/channel_blur.h"
 
@@ -96,7 +98,7 @@ void applyToChannels(Editor& editor, const Brush& brush, const Operation& operat
   const float amount = std::abs(operation.amount);
   ChannelReader<Editor> clay(editor);
   ChannelBlur blur;
-  std::vector<std::pair<Coord, ChannelBlock>> changed;
+  std::deque<std::pair<Coord, ChannelBlock>> changed;
   for (const Coord coord : surfaceBricks(editor, images, [](const Stamp& s) { return s.largestRadius(); })) {
     const ChannelPlace& place = clay.at(coord);
     if (masks && place.channel[indexOf(Channel::mask)] == ChannelSlot(true)) continue;
@@ -104,7 +106,7 @@ void applyToChannels(Editor& editor, const Brush& brush, const Operation& operat
     imageWeights(images, operation.shape, coord, static_cast<float>(brush.perStamp), weight);
     if (std::all_of(std::begin(weight), std::end(weight), [&](float w) { return w * amount < kLeastShare; })) continue;
     if (blurs && !blur.gather(clay, coord, operation.property == Property::colour)) continue;
-    ChannelBlock block(place);
+    ChannelBlock& block = changed.emplace_back(coord, place).second;
     uint64_t inBand[kBrickEdge];
     place.inBand(clay.band(), inBand);
     for (int i = 0; i < kBrickVoxels; ++i) {
@@ -119,9 +121,8 @@ void applyToChannels(Editor& editor, const Brush& brush, const Operation& operat
         set(brush, operation, share, bytes);
       block.set(i, bytes);
     }
-    changed.emplace_back(coord, block);
   }
-  for (const auto& [coord, block] : changed) block.store(editor, coord);
+  for (const auto& [coord, block] : changed) block.storeChanged(editor, coord);
 }
 
 }  // namespace argil::clay

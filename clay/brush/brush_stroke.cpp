@@ -129,13 +129,13 @@ struct BrushStroke::State {
   [[nodiscard]] Steps workInParts(std::span<const Stamp> images, bool together, std::vector<Coord>& influenced);
   [[nodiscard]] std::vector<Coord> bricksWithin(std::span<const Stamp> images, double moved = 0);
   [[nodiscard]] Steps redistanceBricks(Trail::Work work);
-  [[nodiscard]] Steps redistanceDue(size_t most = SIZE_MAX);
+  [[nodiscard]] Steps redistanceDue(size_t most);
   [[nodiscard]] Steps prepare(std::span<const Stamp> images);
   [[nodiscard]] Steps application(std::vector<Stamp> images);
   [[nodiscard]] Steps applicationWithinWalls(std::vector<Stamp> images);
   std::optional<Steps> inWork;  // the application that was begun
   // What is seen of the stroke while the clay is between two states of which nobody may see anything: where a tip was
-  // swept in part, clay ends at bricks that are not there.
+  // swept in part, clay ends at bricks that are not there; and new clay has no colour before that is carried.
   Version seen;
   Version safe;  // what the clay goes back to where a step of the application in work fails
 
@@ -356,7 +356,7 @@ Steps BrushStroke::State::work(std::span<const Stamp> images, std::vector<Coord>
       if (trail.change(some[i], method->lasting() ? 0 : r.most, renew)) drifted.push_back(some[i]);
       changed.push_back(some[i]);
       if (seenChange)
-        seenChange->link(from + i, field.slot(some[i]), r.brick, r.change.inBand);
+        seenChange->link(from + i, r.brick, r.change.inBand);
       else
         editor->link(r.brick, r.change.inBand);
     }
@@ -427,9 +427,10 @@ Steps BrushStroke::State::redistanceBricks(Trail::Work work) {
 
 Steps BrushStroke::State::redistanceDue(size_t most) {
   if (trail.due() == 0) co_return;
-  const Version was = beforeChange();
+  const Version was = seen = beforeChange();
   for (Steps each = redistanceBricks(trail.take(most)); each.next();) co_yield Steps::kPause;
   carry(was, nullptr, {});
+  seen = {};
 }
 
 // What has to be done before these images are applied: bricks of the applications before that these cannot be computed
@@ -492,6 +493,7 @@ Steps BrushStroke::State::applicationWithinWalls(std::vector<Stamp> images) {
 Steps BrushStroke::State::application(std::vector<Stamp> images) {
   for (Steps each = prepare(images); each.next();) co_yield Steps::kPause;
   const Version was = beforeChange();
+  seen = was;  // until what goes along with the clay has gone along
   std::vector<Coord> influenced;
   // what a mask covers in part depends on the order of images
   const bool blends = images.size() > 1 && editor->has(Channel::mask);
@@ -507,21 +509,22 @@ Steps BrushStroke::State::application(std::vector<Stamp> images) {
     std::sort(blended.begin(), blended.end());
     blended.erase(std::unique(blended.begin(), blended.end()), blended.end());
     for (Steps each = work(images, std::move(blended), true, influenced); each.next();) co_yield Steps::kPause;
-    seen = {};
+    seen = was;
   } else if (method) {
     // What goes along with clay is looked at application by application.
     for (Steps each = workInParts(images, !was, influenced); each.next();) co_yield Steps::kPause;
   }
-  carry(was, tool ? nullptr : method.get(), images);
-  for (const Operation& each : brush->operations)
-    if (each.property != Property::distance) applyToChannels(*editor, *brush, each, images);
   const uint64_t number = ++stamps;
   trail.touch(number, std::move(influenced));
   // What is computed together is touched again together.
   const uint64_t behind = static_cast<uint64_t>(brush->quality.trail) + (begunOnce ? kTogether : 0);
   if (number > behind) trail.follow(number - behind);
   if (trail.due() >= kBatch)
-    for (Steps each = redistanceDue(); each.next();) co_yield Steps::kPause;
+    for (Steps each = redistanceBricks(trail.take(SIZE_MAX)); each.next();) co_yield Steps::kPause;
+  carry(was, tool ? nullptr : method.get(), images);
+  for (const Operation& each : brush->operations)
+    if (each.property != Property::distance) applyToChannels(*editor, *brush, each, images);
+  seen = {};
 }
 
 Version BrushStroke::publish() {
@@ -537,7 +540,7 @@ Version BrushStroke::finish() {
   s.computeBegun(influenced).finish();
   s.trail.touch(s.stamps, std::move(influenced));
   s.trail.follow(s.stamps);
-  s.redistanceDue().finish();
+  s.redistanceDue(SIZE_MAX).finish();
   return publish();
 }
 

@@ -60,11 +60,13 @@ bool readMoved(ChannelReader<Version>& was, Coord voxel, const Vec3f& from, Chan
 enum class State : uint8_t { none, known, wanted, queued };
 
 struct Block {
+  Block(Coord at, const ChannelPlace& place, bool isOwn) : coord(at), channels(place), own(isOwn) {}
   Coord coord;
   ChannelBlock channels;
   bool own;  // to be stored; the others are neighbours that are read
   std::array<State, kBrickVoxels> state;
   std::array<uint16_t, kBrickVoxels> steps;  // of what is known; of what is queued the least so far
+  bool stepped = false;                      // some of them are above 0
 };
 
 class Carrier {
@@ -79,7 +81,8 @@ class Carrier {
       if (!now.empty()) gone_.push_back(coord);
       return;
     }
-    Block& block = blocks_.emplace_back(Block{coord, ChannelBlock(now), true, {}, stepsOf(coord)});
+    Block& block = blocks_.emplace_back(coord, now, true);
+    takeSteps(block);
     index_[coord] = static_cast<int>(blocks_.size()) - 1;
     uint64_t nowBits[kBrickEdge], wasBits[kBrickEdge] = {};
     now.inBand(now_.band(), nowBits);
@@ -134,7 +137,9 @@ class Carrier {
       }
       queue.erase(queue.begin());
       for (const auto& [place, bytes] : layer) {
-        blockOf(place).channels.set(place.voxel, bytes);
+        Block& block = blockOf(place);
+        block.channels.set(place.voxel, bytes);
+        block.stepped = true;
         stateOf(place) = State::known;
       }
       for (const auto& each : layer)
@@ -170,9 +175,8 @@ class Carrier {
   void store() {
     for (const Block& block : blocks_) {
       if (!block.own) continue;
-      block.channels.store(editor_, block.coord);
-      if (std::any_of(block.steps.begin(), block.steps.end(), [](uint16_t steps) { return steps > 0; }))
-        stroke_[block.coord] = block.steps;
+      block.channels.storeChanged(editor_, block.coord);
+      if (block.stepped) stroke_[block.coord] = block.steps;
     }
     for (const Coord coord : gone_)
       for (const Channel channel : kAllChannels) editor_.setChannelTile(channel, coord, false);
@@ -203,9 +207,13 @@ class Carrier {
   }
   Block& blockOf(const Place& place) { return blocks_[static_cast<size_t>(place.block)]; }
   uint16_t& stepsAt(const Place& place) { return blockOf(place).steps[static_cast<size_t>(place.voxel)]; }
-  [[nodiscard]] std::array<uint16_t, kBrickVoxels> stepsOf(Coord coord) const {
-    const auto found = stroke_.find(coord);
-    return found == stroke_.end() ? std::array<uint16_t, kBrickVoxels>{} : found->second;
+  void takeSteps(Block& block) const {
+    const auto found = stroke_.find(block.coord);
+    block.stepped = found != stroke_.end();
+    if (block.stepped)
+      block.steps = found->second;
+    else
+      block.steps.fill(0);
   }
   State& stateOf(const Place& place) { return blockOf(place).state[static_cast<size_t>(place.voxel)]; }
 
@@ -228,7 +236,8 @@ class Carrier {
     const auto [entry, fresh] = index_.try_emplace(coord, static_cast<int>(blocks_.size()));
     if (fresh) {
       const ChannelPlace& place = now_.at(coord);
-      Block& block = blocks_.emplace_back(Block{coord, ChannelBlock(place), false, {}, stepsOf(coord)});
+      Block& block = blocks_.emplace_back(coord, place, false);
+      takeSteps(block);
       for (int i = 0; i < kBrickVoxels; ++i)
         block.state[static_cast<size_t>(i)] = place.inBand(i, now_.band()) ? State::known : State::none;
     }

@@ -9,24 +9,21 @@
 
 namespace argil::clay {
 
-/// Links bricks in such a way that the surface is closed whatever is linked yet: it has to stay away from tiles, since
-/// those are never looked at. So a tile that a changed brick's surface runs up to becomes a brick of the same distances
-/// until it is its turn; and what becomes a tile stays a brick until all around it is done. Values of before and after
-/// meet in bricks alone. One thread.
+/// Links bricks in such a way that the surface is closed whatever is linked yet. Between an inside tile and an outside
+/// one there is no brick that the surface could belong to (clay/surface/NOTES.md); so what becomes a tile stays a brick
+/// until all around it is done. One thread.
 class ChangeInParts {
  public:
   /// `bricks`: all that the change may reach, sorted; the same until its end.
   ChangeInParts(Editor& editor, std::span<const Coord> bricks)
       : editor_(editor), bricks_(bricks), endsAs_(bricks.size()) {}
 
-  /// Puts what brick number `i` becomes into its place, as Editor::link(). `was`: what the change found there.
-  void link(size_t i, Slot was, FloatBrick* brick, bool inBand);
+  /// Puts what brick number `i` becomes into its place, as Editor::link().
+  void link(size_t i, FloatBrick* brick, bool inBand);
   /// The first `count` bricks are done: linked, or they stay as they were.
   void done(size_t count);
 
  private:
-  void putFar(size_t i, Tile tile);
-
   Editor& editor_;
   std::span<const Coord> bricks_;
   std::vector<std::optional<Tile>> endsAs_;  // of a brick that stands for a tile

@@ -71,6 +71,7 @@ class ChannelReader {
 /// All channels of one brick, to be changed and put back.
 struct ChannelBlock {
   uint8_t value[kChannels][kBrickVoxels];
+  uint32_t changed = 0;  ///< Bit i: channel i is not what it was.
 
   explicit ChannelBlock(const ChannelPlace& place) {
     for (size_t i = 0; i < kChannels; ++i) {
@@ -80,7 +81,6 @@ struct ChannelBlock {
         std::fill_n(value[i], kBrickVoxels, place.channel[i].value(0));
     }
   }
-  [[nodiscard]] uint8_t* operator[](Channel channel) { return value[indexOf(channel)]; }
   [[nodiscard]] const uint8_t* operator[](Channel channel) const { return value[indexOf(channel)]; }
   [[nodiscard]] ChannelBytes bytes(int voxel) const {
     ChannelBytes all;
@@ -88,14 +88,23 @@ struct ChannelBlock {
     return all;
   }
   void set(int voxel, const ChannelBytes& bytes) {
-    for (size_t i = 0; i < kChannels; ++i) value[i][voxel] = bytes[i];
+    for (size_t i = 0; i < kChannels; ++i) {
+      changed |= uint32_t{value[i][voxel] != bytes[i]} << i;
+      value[i][voxel] = bytes[i];
+    }
   }
   /// Makes the bytes of voxels whose bit (y·8 + z of word x) is not set 0.
   void keepOnly(const uint64_t (&bits)[kBrickEdge]) {
     uint8_t kept[kBrickVoxels];
     for (int i = 0; i < kBrickVoxels; ++i) kept[i] = static_cast<uint8_t>(0 - ((bits[i >> 6] >> (i & 63)) & 1));
-    for (auto& channel : value)
-      for (int i = 0; i < kBrickVoxels; ++i) channel[i] &= kept[i];
+    for (size_t c = 0; c < kChannels; ++c) {
+      uint8_t gone = 0;
+      for (int i = 0; i < kBrickVoxels; ++i) {
+        gone |= value[c][i] & static_cast<uint8_t>(~kept[i]);
+        value[c][i] &= kept[i];
+      }
+      changed |= uint32_t{gone != 0} << c;
+    }
   }
   template <class Editor>
   void store(Editor& editor, Coord brick) const {
@@ -103,6 +112,14 @@ struct ChannelBlock {
       const std::span<const uint8_t, kBrickVoxels> mine(value[indexOf(channel)], kBrickVoxels);
       editor.setChannel(channel, brick, mine);
     }
+  }
+  /// The same where it was taken from there: what did not change is not looked at.
+  template <class Editor>
+  void storeChanged(Editor& editor, Coord brick) const {
+    for (const Channel channel : kAllChannels)
+      if ((changed >> indexOf(channel)) & 1)
+        editor.setChannel(channel, brick,
+                          std::span<const uint8_t, kBrickVoxels>(value[indexOf(channel)], kBrickVoxels));
   }
 };
 
