@@ -218,7 +218,9 @@ class Raising : public DistanceMethod {
 };
 
 bool anyKnown(const WideDistance::Block& block) {
-  return std::any_of(std::begin(block.known), std::end(block.known), [](uint64_t row) { return row != 0; });
+  uint64_t any = 0;
+  for (const uint64_t row : block.known) any |= row;
+  return any != 0;
 }
 
 // What is known around a place of a field and of the heights above it, if all is.
@@ -233,17 +235,18 @@ std::optional<Around> around(const WideDistance& field, const Vec3d& place, cons
   const Vec3f t = (place - floor).cast<float>();
   // u, height, foot of the corners; halves are summed pair by pair, so that mirroring changes no bit.
   float value[8][5];
-  WideDistance::Feet feet;
-  std::optional<Coord> feetOf;
+  WideDistance::Feet room;
+  const WideDistance::Feet* feet = nullptr;
+  Coord feetOf;
   for (int i = 0; i < 8; ++i) {
     const Coord v = first + Coord{i >> 2, (i >> 1) & 1, i & 1};
     const Coord coord = v >> kBrickBits;
     const int at = Brick::offset(v.x & 7, v.y & 7, v.z & 7);
     const WideDistance::Block* block = field.find(coord);
     if (!block || !((block->known[at >> 6] >> (at & 63)) & 1) || !heightAt(coord, at, value[i][1])) return std::nullopt;
-    if (feetOf != coord) field.feet(*(feetOf = coord), feet);
+    if (!feet || feetOf != coord) feet = &field.feet(feetOf = coord, room);
     value[i][0] = block->u[at];
-    for (int axis = 0; axis < 3; ++axis) value[i][2 + axis] = feet.foot[axis * kBrickVoxels + at];
+    for (int axis = 0; axis < 3; ++axis) value[i][2 + axis] = feet->foot[axis * kBrickVoxels + at];
   }
   float mean[5];
   for (int k = 0; k < 5; ++k) {
@@ -309,6 +312,7 @@ Steps Raising::begin(Sampler&, std::span<const Stamp> images, std::span<const Co
     stamps[i].radius = static_cast<double>(static_cast<float>(stamps[i].radius));
   }
   applications_.add(stamps, radii());
+  base_->keepFeetOf(bricks);
   // Whatever it looks at, each brick has a layer of its own.
   std::vector<std::pair<const WideDistance::Block*, Layer*>> work(bricks.size());
   for (size_t i = 0; i < bricks.size(); ++i) {
@@ -341,10 +345,9 @@ Steps Raising::begin(Sampler&, std::span<const Stamp> images, std::span<const Co
 
 // Raises a brick by the application that was added last, and by those before it where they have not been heeded yet.
 void Raising::apply(Coord coord, const WideDistance::Block& block, std::span<const Stamp> current, Layer& layer) const {
-  WideDistance::Feet feet;
-  base_->feet(coord, feet);
-  const Vec3f low(feet.box[0][0], feet.box[0][1], feet.box[0][2]),
-      high(feet.box[1][0], feet.box[1][1], feet.box[1][2]);
+  WideDistance::Feet room;
+  const WideDistance::Feet& feet = base_->feet(coord, room);
+  const Vec3f low(feet.box[0][0], feet.box[0][1], feet.box[0][2]), high(feet.box[1][0], feet.box[1][1], feet.box[1][2]);
   if (!(low.x() <= high.x())) return;
   const Vec3d middle = (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5);
   const Vec3d from = middle + low.cast<double>(), to = middle + high.cast<double>(), centre = (from + to) / 2;
@@ -406,8 +409,8 @@ void Raising::emboss(const Stamp& stamp, Coord coord, const float* foot, float (
   const BrickFrame frame(stamp.b, coord);
   const Vec3f ex = stamp.axes.col(0), ey = stamp.axes.col(1), ez = stamp.axes.col(2);
   for (int i = 0; i < kBrickVoxels; ++i) {
-    const Vec3f at = frame.at(i >> 6, (i >> 3) & 7, i & 7) +
-                     Vec3f(foot[i], foot[kBrickVoxels + i], foot[2 * kBrickVoxels + i]);
+    const Vec3f at =
+        frame.at(i >> 6, (i >> 3) & 7, i & 7) + Vec3f(foot[i], foot[kBrickVoxels + i], foot[2 * kBrickVoxels + i]);
     const auto along = [&](const Vec3f& axis) {
       return ((at.x() * axis.x() + at.y() * axis.y()) + at.z() * axis.z()) / radius;
     };

@@ -203,7 +203,7 @@ bool Smoothing::brick(Sampler& before, std::span<const Stamp> images, Coord coor
   if (it == bricks_.end() || *it != coord) return false;
   const auto at = static_cast<size_t>(it - bricks_.begin());
   if (operation_.method != Method::smoothKeep) {
-    float broad[kBroadSize] = {}, weight[kBrickVoxels];
+    float broad[kBroadSize], weight[kBrickVoxels];
     meanOf(at, spacing_, before, broad, phi);
     blend(at, images, before, phi, weight);
     return true;

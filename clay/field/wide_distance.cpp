@@ -13,6 +13,8 @@ using Solver = JacobiSolver<2>;
 
 // Bricks that are made, or looked at.
 constexpr size_t kBetweenPauses = 512;
+// Bricks whose feet are kept, 6 KB each: those that a tip of a dozen voxels asks for again and again.
+constexpr size_t kMostFeet = 512;
 // Voxels within this of what was asked for have a neighbour that is not known, so their foot is only a guess.
 constexpr float kMargin = 1;
 
@@ -48,8 +50,11 @@ const WideDistance::Block* WideDistance::find(Coord brick) const {
 }
 
 void WideDistance::keepOnly(std::span<const Coord> bricks) {
-  std::erase_if(blocks_,
-                [&](const auto& entry) { return !std::binary_search(bricks.begin(), bricks.end(), entry.first); });
+  std::erase_if(blocks_, [&](const auto& entry) {
+    const bool goes = !std::binary_search(bricks.begin(), bricks.end(), entry.first);
+    keptFeet_ -= goes && entry.second->feet;
+    return goes;
+  });
 }
 
 const float* WideDistance::beside(Coord brick, size_t face, float (&room)[kBrickVoxels]) const {
@@ -59,11 +64,41 @@ const float* WideDistance::beside(Coord brick, size_t face, float (&room)[kBrick
   return room;
 }
 
-void WideDistance::feet(Coord brick, Feet& feet) const {
-  float wide[kWideSize], room[kBrickVoxels];
-  Solver::putBrick(find(brick)->u, wide);
-  for (size_t face = 0; face < 6; ++face) Solver::putFace(beside(brick, face, room), face, wide);
-  wideFeet(wide, feet.foot, feet.box);
+const WideDistance::Feet& WideDistance::feet(Coord brick, Feet& room) const {
+  Block& block = *blocks_.at(brick);
+  if (block.feetKnown) return *block.feet;
+  Feet& feet = block.feet ? *block.feet : room;
+  uint64_t rows = 0;
+  for (int row = 0; row < kBrickEdge * kBrickEdge; ++row)
+    rows |= uint64_t{((block.known[row >> 3] >> (8 * (row & 7))) & 0xff) != 0} << row;
+  float wide[kWideSize], read[kBrickVoxels];
+  Solver::putBrick(block.u, wide);
+  for (size_t face = 0; face < 6; ++face) Solver::putFace(beside(brick, face, read), face, wide);
+  if (rows != ~uint64_t{0}) std::fill(std::begin(feet.foot), std::end(feet.foot), 0.0f);
+  wideFeet(wide, rows, feet.foot, feet.box);
+  block.feetKnown = block.feet != nullptr;
+  return feet;
+}
+
+void WideDistance::keepFeetOf(std::span<const Coord> bricks) {
+  const bool few = bricks.size() <= kMostFeet;
+  if (keptFeet_ + (few ? bricks.size() : 0) > kMostFeet) {
+    keptFeet_ = 0;
+    for (auto& [coord, block] : blocks_) {
+      if (!few || !std::binary_search(bricks.begin(), bricks.end(), coord)) {
+        block->feet.reset();
+        block->feetKnown = false;
+      }
+      keptFeet_ += block->feet != nullptr;
+    }
+  }
+  if (!few) return;
+  for (const Coord coord : bricks) {
+    const auto at = blocks_.find(coord);
+    if (at == blocks_.end() || at->second->feet) continue;
+    at->second->feet = std::make_unique_for_overwrite<Feet>();
+    ++keptFeet_;
+  }
 }
 
 Steps WideDistance::extend(std::span<const Coord> bricks, float reach) {
@@ -139,6 +174,13 @@ Steps WideDistance::extend(std::span<const Coord> bricks, float reach) {
   for (size_t from = 0; from < all.size(); from += kBetweenPauses) {
     if (inSteps) co_yield Steps::kPause;
     forEachBrickOf(std::min(kBetweenPauses, all.size() - from), threads_, [&](size_t i) { end(from + i); });
+  }
+  // What is beside a brick that was solved sees it with its slopes.
+  if (keptFeet_ == 0) co_return;
+  for (size_t i = 0; i < all.size(); ++i) {
+    blocks[i]->feetKnown = false;
+    for (const Coord step : kFaceSteps)
+      if (const auto near = blocks_.find(all[i] + step); near != blocks_.end()) near->second->feetKnown = false;
   }
 }
 

@@ -18,18 +18,20 @@ namespace argil::clay {
 /// Method: NOTES.md, "Distances beyond the band, while a stroke goes on".
 class WideDistance {
  public:
+  /// From each voxel of a brick to its nearest point of the surface: x of all, y of all, z of all.
+  struct Feet {
+    float foot[3 * kBrickVoxels];
+    float box[2][3];  ///< Around the points of known voxels, from the brick's middle; upside down where there are none.
+  };
   struct Block {
     /// Signed distance, above zero on the side asked for; kUnknownDistance beyond what was asked for.
     float u[kBrickVoxels];
     uint64_t known[kBrickEdge] = {};   ///< Bit y·8 + z of word x: u is known, and what its slope is taken from.
     uint64_t frozen[kBrickEdge] = {};  ///< The same for the version's own, within the band or behind the surface.
     float solvedTo = 0;
-    bool open = true;  ///< Some voxels lie farther than it was solved to.
-  };
-  /// From each voxel of a brick to its nearest point of the surface: x of all, y of all, z of all.
-  struct Feet {
-    float foot[3 * kBrickVoxels];
-    float box[2][3];  ///< Around the points of known voxels, from the brick's middle; upside down where there are none.
+    bool open = true;            ///< Some voxels lie farther than it was solved to.
+    std::unique_ptr<Feet> feet;  ///< Of bricks that are asked often; `feetKnown`: as its distances are now.
+    bool feetKnown = false;
   };
 
   /// `side` +1: distances outside of the clay, −1: inside. `threads` help where there is much to solve.
@@ -45,8 +47,11 @@ class WideDistance {
   [[nodiscard]] size_t size() const { return blocks_.size(); }  ///< Bricks that it holds, 2.2 KiB each.
   /// Null where nothing was asked for, or all of a brick is on the other side beyond the band.
   [[nodiscard]] const Block* find(Coord brick) const;
-  /// Of a brick that it holds. About 1 µs; any thread while nothing is extended.
-  void feet(Coord brick, Feet& feet) const;
+  /// Of a brick that it holds, there or in `room`. About 1 µs where they are not kept. Any threads, one a brick, while
+  /// nothing is extended.
+  [[nodiscard]] const Feet& feet(Coord brick, Feet& room) const;
+  /// Keeps the feet of `bricks` (sorted) where they are few; they are the same whether they are kept or not.
+  void keepFeetOf(std::span<const Coord> bricks);
 
  private:
   // What stands across a face of a brick, 512 values.
@@ -56,6 +61,7 @@ class WideDistance {
   float side_;
   int threads_;
   std::unordered_map<Coord, std::unique_ptr<Block>, CoordHash> blocks_;
+  size_t keptFeet_ = 0;  // bricks
 };
 
 }  // namespace argil::clay

@@ -114,11 +114,11 @@ uint64_t Pass(const float* wide, const uint64_t* frozen, uint64_t rows, float ca
   return changed;
 }
 
-void Feet(const float* wide, float* foot, float (&box)[2][3]) {
+void Feet(const float* wide, uint64_t rows, float* foot, float (&box)[2][3]) {
   const RowTag d;
   const Row zero = hn::Zero(d), far = hn::Set(d, kUnknownDistance), least = hn::Set(d, 1e-4f);
   Row lowest[3] = {far, far, far}, highest[3] = {hn::Neg(far), hn::Neg(far), hn::Neg(far)};
-  forRows([&](int voxel) {
+  forRowsOf(rows, [&](int voxel) {
     const int at = wideAt(voxel);
     const Row u = hn::LoadU(d, wide + at), twice = hn::Add(u, u);
     const auto slope = [&](int step) {
@@ -347,8 +347,8 @@ HWY_EXPORT(BroadPasses);
 uint64_t widePass(const float* wide, const uint64_t* frozen, uint64_t rows, float cap, float* out) noexcept {
   return HWY_DYNAMIC_DISPATCH(Pass)(wide, frozen, rows, cap, out);
 }
-void wideFeet(const float* wide, float* foot, float (&box)[2][3]) noexcept {
-  HWY_DYNAMIC_DISPATCH(Feet)(wide, foot, box);
+void wideFeet(const float* wide, uint64_t rows, float* foot, float (&box)[2][3]) noexcept {
+  HWY_DYNAMIC_DISPATCH(Feet)(wide, rows, foot, box);
 }
 void surfaceParts(const float* padded, const float* weight, const float (&origin)[3], SurfaceParts& parts) noexcept {
   HWY_DYNAMIC_DISPATCH(Parts)(padded, weight, origin, parts);

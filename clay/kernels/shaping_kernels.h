@@ -23,9 +23,10 @@ inline constexpr int wideOffset(int x, int y, int z) {
 /// along z whose bit (x·8 + y) is set in `rows` and writes them to `out`, a brick's 512 values; the rows that differ.
 uint64_t widePass(const float* wide, const uint64_t* frozen, uint64_t rows, float cap, float* out) noexcept;
 
-/// From each voxel to its nearest point of u = 0: −u·∇u/|∇u|, three times 512 values. 0 where u is not known. `box`:
-/// the least and the largest x, y, z of where the feet of known voxels lie, from the brick's middle.
-void wideFeet(const float* wide, float* foot, float (&box)[2][3]) noexcept;
+/// From each voxel of `rows` (as widePass) to its nearest point of u = 0: −u·∇u/|∇u|, three times 512 values. 0 where u
+/// is not known. `box`: the least and the largest x, y, z of where the feet of known voxels lie, from the brick's
+/// middle.
+void wideFeet(const float* wide, uint64_t rows, float* foot, float (&box)[2][3]) noexcept;
 
 /// As ballWeights, taken at the feet of the voxels instead of at the voxels. The constant falloff's rim is two voxels
 /// wide: a step within one voxel could not be told from a step elsewhere in it.

@@ -41,11 +41,11 @@ struct Errors {
 };
 Errors errorsOf(const WideDistance& wide, const std::vector<Coord>& bricks, int side) {
   Errors errors;
-  WideDistance::Feet feet;
+  WideDistance::Feet room;
   for (const Coord coord : bricks) {
     const WideDistance::Block* block = wide.find(coord);
     if (!block) continue;
-    wide.feet(coord, feet);
+    const WideDistance::Feet& feet = wide.feet(coord, room);
     for (int i = 0; i < kBrickVoxels; ++i) {
       if (!((block->known[i >> 6] >> (i & 63)) & 1)) continue;
       const Vec3d place = (coord * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7}).toVec3d() - kMiddle;
