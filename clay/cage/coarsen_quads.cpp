@@ -63,7 +63,11 @@ class Coarsener {
       if (!collapse(best.quad, best.corner)) continue;
       if (++done % kStepEach == 0) part.step(double(first - web_.count()) / double(first - most));
     }
-    for (int round = 0; round < kAtTheEnd; ++round) makeEven();
+    for (int round = 0; round < kAtTheEnd; ++round) {
+      makeEven();
+      if (round >= kAtTheEnd / 2)
+        for (uint32_t v = 0; v < web_.vertices(); ++v) unfold(v);
+    }
     return web_.mesh();
   }
 
@@ -212,6 +216,33 @@ class Coarsener {
       normals_[v] = normal;
       size_[v] = size;
     }
+  }
+
+  // A quad with a corner that bends inwards folds, and so does every smooth face over it: v goes where more corners
+  // around it face outwards, if there is such a place: towards what is beside it, or away from it.
+  void unfold(uint32_t v) {
+    if (web_.around(v).empty()) return;
+    int most = facing(v);
+    if (most == 4 * int(web_.around(v).size())) return;
+    const Vec3d was = web_.at(v);
+    const double offBefore = std::max(1.0, offAround(v, was));
+    std::vector<Vec3d> places;
+    for (const uint32_t f : web_.around(v)) {
+      const auto& q = web_.quad(f);
+      places.push_back(0.25 * (web_.at(q[0]) + web_.at(q[1]) + web_.at(q[2]) + web_.at(q[3])));
+    }
+    web_.beside(v, beside_);
+    for (const uint32_t each : beside_) places.push_back(0.5 * (was + web_.at(each)));
+    Vec3d best = was;
+    const double shortest = std::min(shortestAt(v), kLeastEdge * finest_);
+    for (const Vec3d& towards : places)
+      for (const double share : {0.5, 1.0, -0.5}) {
+        place(v, was + share * (towards - was));
+        if (facing(v) <= most || shortestAt(v) < shortest || offAround(v, web_.at(v)) > offBefore) continue;
+        most = facing(v);
+        best = web_.at(v);
+      }
+    place(v, best);
   }
 
   // Edges at v turn as long as that brings four quads to more vertices.

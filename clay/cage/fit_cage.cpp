@@ -11,11 +11,12 @@ namespace argil::clay {
 
 namespace {
 
-constexpr int kTries = 3;  // cages
+constexpr int kTries = 3, kMostTries = 6;  // cages: more as long as all of them fold somewhere
+constexpr float kFoldOff = 8;              // a fold counts as so many times what patches lie off on average
 constexpr int kTryRounds = 2, kRounds = 4;
 constexpr int kTrySpan = 2, kPerSpan = 8;  // places along a span that deviations are taken at
 // Of fitPatchesWithin(): where it begins, how far it goes from try to try, and how much fewer are worth another.
-constexpr size_t kFirstQuads = 500, kFewestQuads = 24, kMostTries = 6;
+constexpr size_t kFirstQuads = 500, kFewestQuads = 24, kMostCounts = 6;
 constexpr double kLeastStep = 1.25, kMostStep = 4;
 constexpr double kMostOfMost = 3;  // an outlier may be so many times as far as 99 of 100 places
 
@@ -44,6 +45,12 @@ std::vector<float> offOf(const CageMaker& maker, const PatchSurface& surface) {
     for (const uint32_t v : maker.tree().corners(hit.triangle))
       off[v] = std::max(off[v], static_cast<float>(std::sqrt(hit.squared)));
   }
+  double sum = 0;
+  for (const float each : off) sum += double(each) * double(each);
+  const float fold = kFoldOff * static_cast<float>(std::sqrt(sum / double(off.size())));
+  for (const uint32_t place : foldsOf(patches))
+    for (const uint32_t v : maker.tree().corners(maker.tree().nearest(patches.positions[place], UINT32_MAX).triangle))
+      off[v] = std::max(off[v], fold);
   return off;
 }
 
@@ -51,17 +58,22 @@ FittedPatches fitted(const Version& version, size_t most, double limitMm, int th
   CageMaker maker(version, most, threads, part.part(0, 0.1));
   FittedPatches result;
   double best = INFINITY;
-  for (int i = 0; i < kTries; ++i) {
-    const WorkPart own = part.part(0.1 + 0.17 * i, 0.27 + 0.17 * i);
+  size_t fewestFolds = SIZE_MAX;
+  for (int i = 0; i < kTries || (i < kMostTries && fewestFolds > 0); ++i) {
+    const int left = i < kTries ? kTries : kMostTries;
+    const WorkPart own = part.part(0.1 + 0.5 * i / left, 0.1 + 0.5 * (i + 1) / left);
     CoarseCage cage = maker.make(own.part(0, 0.3));
     const PatchSurface surface =
         fittedNet(cage.mesh, maker.surface(), maker.tree(), kTryRounds, threads, own.part(0.3, 0.8));
-    const double score = scoreOf(deviationOf(surface, maker.surface(), kTrySpan, threads, own.part(0.8, 0.9)));
-    if (score < best) {
+    const PatchDeviation deviation = deviationOf(surface, maker.surface(), kTrySpan, threads, own.part(0.8, 0.9));
+    const double score = scoreOf(deviation);
+    const size_t folds = deviation.foldsMm.size();
+    if (folds < fewestFolds || (folds == fewestFolds && score < best)) {
       best = score;
+      fewestFolds = folds;
       result.cage = std::move(cage);
     }
-    if (i + 1 < kTries) maker.refine(offOf(maker, surface));
+    maker.refine(offOf(maker, surface));
     own.step(1);
   }
   result.irregular = QuadTopology(result.cage.mesh.positions.size(), result.cage.mesh.quads).irregular();
@@ -88,8 +100,8 @@ FittedPatches fitPatchesWithin(const Version& version, double errorMm, size_t mo
   FittedPatches best;
   double bestMissed = HUGE_VAL;  // above 1: not within
   size_t tooFew = 0;
-  for (size_t quads = std::min(kFirstQuads, most), i = 0; i < kMostTries; ++i) {
-    const WorkPart own = part.part(double(i) / kMostTries, double(i + 1) / kMostTries);
+  for (size_t quads = std::min(kFirstQuads, most), i = 0; i < kMostCounts; ++i) {
+    const WorkPart own = part.part(double(i) / kMostCounts, double(i + 1) / kMostCounts);
     size_t next = 0;
     try {
       FittedPatches now = fitted(version, quads, errorMm, threads, own);

@@ -63,7 +63,32 @@ Far thinned(Far far, double apartMm) {
   return kept;
 }
 
+Vec3d areaOf(const TriangleMesh& mesh, const std::array<uint32_t, 3>& t) {
+  return (mesh.positions[t[1]] - mesh.positions[t[0]]).cross(mesh.positions[t[2]] - mesh.positions[t[0]]);
+}
+
+// Of each vertex the sum of what is around it.
+std::vector<Vec3d> normalsOf(const TriangleMesh& mesh) {
+  std::vector<Vec3d> normals(mesh.positions.size(), Vec3d::Zero());
+  for (const auto& t : mesh.triangles)
+    for (const uint32_t v : t) normals[v] += areaOf(mesh, t);
+  return normals;
+}
+
 }  // namespace
+
+std::vector<uint32_t> foldsOf(const TriangleMesh& mesh) {
+  const std::vector<Vec3d> normals = normalsOf(mesh);
+  std::vector<uint32_t> folds;
+  for (const auto& t : mesh.triangles) {
+    const Vec3d area = areaOf(mesh, t);
+    for (const uint32_t v : t)
+      if (area.dot(normals[v]) < 0) folds.push_back(v);
+  }
+  std::sort(folds.begin(), folds.end());
+  folds.erase(std::unique(folds.begin(), folds.end()), folds.end());
+  return folds;
+}
 
 TriangleMesh meshOf(const PatchSurface& surface, int perSpan) {
   TriangleMesh mesh;
@@ -116,17 +141,16 @@ PatchDeviation deviationOf(const PatchSurface& surface, const TriangleMesh& clay
   Far far;
   addFar(mesh.positions, there, limitMm, far);
   addFar(clay.positions, back, limitMm, far);
-  if (!far.empty()) {
-    Eigen::AlignedBox3d box;
-    for (const Vec3d& each : clay.positions) box.extend(each);
-    deviation.far = thinned(std::move(far), box.sizes().maxCoeff() / 50);
-  }
+  Eigen::AlignedBox3d box;
+  for (const Vec3d& each : clay.positions) box.extend(each);
+  const double apart = box.sizes().maxCoeff() / 50;
+  deviation.far = thinned(std::move(far), apart);
+  Far folds;
+  for (const uint32_t v : foldsOf(mesh)) folds.push_back({mesh.positions[v], 0});
+  for (const PatchDeviation::Place& each : thinned(std::move(folds), apart)) deviation.foldsMm.push_back(each.mm);
   // A surface that turns evenly by t from place to place, l apart, strays from the triangles between them by l·t/4 at
   // most (what lies under a right-angled one on a ball), and so does the other.
-  std::vector<Vec3d> normals(mesh.positions.size(), Vec3d::Zero());
-  for (const auto& t : mesh.triangles)
-    for (const uint32_t v : t)
-      normals[v] += (mesh.positions[t[1]] - mesh.positions[t[0]]).cross(mesh.positions[t[2]] - mesh.positions[t[0]]);
+  const std::vector<Vec3d> normals = normalsOf(mesh);
   for (const auto& t : mesh.triangles)
     for (size_t s = 0; s < 3; ++s) {
       const uint32_t from = t[s], to = t[(s + 1) % 3];

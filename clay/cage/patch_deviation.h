@@ -29,6 +29,8 @@ struct PatchDeviation {
     double offMm = 0;
   };
   std::vector<Place> far;
+  /// Where the patches fold over themselves, as far apart; at most kMostFarPlaces.
+  std::vector<Vec3d> foldsMm;
   [[nodiscard]] double mostMm() const { return std::max(fromPatches.max, fromClay.max); }
 };
 inline constexpr size_t kMostFarPlaces = 10;
@@ -36,6 +38,9 @@ inline constexpr size_t kMostFarPlaces = 10;
 /// Both ways, at `perSpan`² places a span and at every vertex of the clay's mesh. `limitMm`: what counts as far.
 [[nodiscard]] PatchDeviation deviationOf(const PatchSurface& surface, const TriangleMesh& clay, int perSpan,
                                          int threads, const WorkPart& part, double limitMm = HUGE_VAL);
+
+/// Places of such a mesh where a triangle faces against what is around it: where it folds. By vertices, each once.
+[[nodiscard]] std::vector<uint32_t> foldsOf(const TriangleMesh& mesh);
 
 /// Triangles between `perSpan`² places a span, counter-clockwise seen from outside, closed.
 [[nodiscard]] TriangleMesh meshOf(const PatchSurface& surface, int perSpan);

@@ -44,6 +44,21 @@ std::vector<std::string> writeCad(const std::filesystem::path& file, const Docum
         "{:.2g}); from the clay to them {:.2g}, {:.2g}, {:.2g}; {} corners where other than four meet.",
         piece.name, made.surface.patches.size(), there.rms, there.p99, there.max, made.deviation.boundMm, back.rms,
         back.p99, back.max, made.irregular));
+    const auto placesOf = [&](const auto& places, const auto& told) {
+      std::string text;
+      for (const auto& each : places) text += (text.empty() ? "" : ", ") + told(each);
+      return text;
+    };
+    const auto at = [&](const Vec3d& place) {
+      const Vec3d mm = body.pose * place;
+      return fmt::format("({:.1f}, {:.1f}, {:.1f})", mm.x(), mm.y(), mm.z());
+    };
+    if (!made.deviation.foldsMm.empty())
+      sentences.push_back(
+          fmt::format("{}: faces fold over themselves at {}: some CAD programs refuse such faces; ask for more of "
+                      "them, or smooth the "
+                      "clay there.",
+                      piece.name, placesOf(made.deviation.foldsMm, at)));
     if (!what.cadErrorMm) continue;
     std::string sentence = fmt::format("{}: tried ", piece.name);
     for (const clay::PatchTry& one : tries)
@@ -53,12 +68,10 @@ std::vector<std::string> writeCad(const std::filesystem::path& file, const Docum
     if (std::max(made.deviation.mostMm(), made.deviation.boundMm) <= *what.cadErrorMm) continue;
     sentence = fmt::format("{}: {} faces do not keep within {:g} mm everywhere", piece.name,
                            made.surface.patches.size(), *what.cadErrorMm);
-    for (const clay::PatchDeviation::Place& each : made.deviation.far) {
-      const Vec3d mm = body.pose * each.mm;
-      sentence += fmt::format("{} {:.2g} mm at ({:.1f}, {:.1f}, {:.1f})",
-                              &each == made.deviation.far.data() ? ":" : ",", each.offMm, mm.x(), mm.y(), mm.z());
-    }
-    sentences.push_back(sentence + (made.deviation.far.empty() ? ": the bound alone is beyond it." : "."));
+    const std::string far = placesOf(made.deviation.far, [&](const clay::PatchDeviation::Place& each) {
+      return fmt::format("{:.2g} mm at {}", each.offMm, at(each.mm));
+    });
+    sentences.push_back(sentence + ": " + (far.empty() ? "the bound alone is beyond it" : far) + ".");
   }
   const bool iges = io::isIges(file);
   (iges ? io::writeIges : io::writeStep)(out, file.stem().string(), bodies, job);
