@@ -134,7 +134,7 @@ class Coarsener {
   // How far a place between vertices lies off the surface, in parts of what is allowed. Of what is long beside the size
   // of the surface there only that size counts: a thin wall is not cut through.
   double off(const Vec3d& p, double length, uint32_t hint) const {
-    if (stage_ + 1 == std::size(kBulges)) return 0;
+    if (stage_ + 1 >= std::size(kBulges)) return 0;
     const NearestTriangle::Hit hit = tree_.nearest(p, hint);
     return std::sqrt(hit.squared) / std::max(finest_, kBulges[stage_] * std::min(length, 2 * sizeOf(hit)));
   }
