@@ -106,6 +106,28 @@ TEST(WideDistance, FartherStepByStepIsAsAtOnce) {
   }
 }
 
+// Feet are the same whether they are kept or not, also after what is beside them was solved farther.
+TEST(WideDistance, FeetThatAreKeptAreAsThoseThatAreNot) {
+  const Version clay = ball();
+  const std::vector<Coord> bricks = around(16);
+  const std::vector<Coord> few(bricks.begin() + 300, bricks.begin() + 500);
+  WideDistance kept(clay, 1), fresh(clay, 1);
+  WideDistance::Feet roomA, roomB;
+  size_t compared = 0;
+  for (const float reach : {6.0f, 10.0f, 16.0f}) {
+    for (WideDistance* each : {&kept, &fresh}) each->extend(bricks, reach).finish();
+    kept.keepFeetOf(few);
+    for (const Coord coord : few) {
+      if (!kept.find(coord)) continue;
+      const WideDistance::Feet &a = kept.feet(coord, roomA), &b = fresh.feet(coord, roomB);
+      EXPECT_NE(&a, &roomA);
+      compared += std::equal(std::begin(a.foot), std::end(a.foot), std::begin(b.foot));
+      ASSERT_TRUE(std::equal(std::begin(a.foot), std::end(a.foot), std::begin(b.foot)));
+    }
+  }
+  EXPECT_GT(compared, 300u);
+}
+
 // What is known is not solved again: where a stroke rises, most of its bricks lie below.
 TEST(WideDistance, BricksThatAreKnownAreNotSolvedAgain) {
   const Version clay = ball();
