@@ -7,15 +7,13 @@
 #include <deque>
 #include <utility>
 
+#include "clay/brush/brush_method.h"
 #include "clay/store/channel_blur.h"
 
 namespace argil::clay {
 
 namespace {
 
-// From the centre of a brick's (a region's) voxels to its corner voxel, and a little for rounding.
-const double kHalfDiagonal = 3.5 * std::sqrt(3.0) + 0.01;
-const double kRegionHalfDiagonal = 31.5 * std::sqrt(3.0) + 0.01;
 // Least share that moves a byte at all: less is the rim of a falloff.
 constexpr float kLeastShare = 1.0f / 255;
 

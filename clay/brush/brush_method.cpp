@@ -18,12 +18,12 @@ namespace {
 
 constexpr double kPlaceStep = 1.0 / 65536;
 
+}  // namespace
+
 // Rounded to even, as mirror images in planes between voxels must be rounded to mirror images.
 Vec3d quantised(const Vec3d& p) {
   return p.unaryExpr([](double v) { return std::nearbyint(v / kPlaceStep) * kPlaceStep; });
 }
-
-}  // namespace
 
 std::vector<Stamp> quantised(std::span<const Stamp> given) {
   std::vector<Stamp> images(given.begin(), given.end());
@@ -112,7 +112,7 @@ std::unique_ptr<DistanceMethod> makeMethod(const StrokeContext& context) {
     case Method::flatten:
       return makeLevelling(context);
     case Method::raise:
-      return makeRaising(context);
+      return context.brush->limited || context.brush->image ? makeRaising(context) : makeSwelling(context);
     case Method::crease:
     case Method::tug:
     case Method::smudge:

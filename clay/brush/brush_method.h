@@ -18,6 +18,15 @@ namespace argil::clay {
 /// A step of a stamp computes about so many bricks: 1 to 20 ms by method.
 inline constexpr size_t kBricksAStep = 256;
 
+/// From the middle of a brick's voxels to its corner voxel, and a little that covers rounding: bricks farther out are
+/// decided without looking at their voxels, with the same result.
+inline const double kHalfDiagonal = 3.5 * std::sqrt(3.0) + 0.01;
+/// The same for a region of 8×8×8 bricks, so that a brush of any size costs its surface.
+inline const double kRegionHalfDiagonal = 31.5 * std::sqrt(3.0) + 0.01;
+
+/// Of an application.
+inline constexpr size_t kMostImages = 64;
+
 /// Throws Error for numbers that are not finite or out of range.
 void checkStamp(const Stamp& stamp);
 
@@ -30,6 +39,12 @@ struct StrokeContext {
   Version base;     ///< The clay as the first application finds it.
   int threads = 1;  ///< That help where an application has much to do; the result does not depend on them.
 };
+
+/// With places that are multiples of a fixed step, so that sums and mirror images in planes between voxels are exact.
+[[nodiscard]] Vec3d quantised(const Vec3d& place);
+[[nodiscard]] std::vector<Stamp> quantised(std::span<const Stamp> images);
+/// Part `part` of `parts` of an application's way; what goes by the way becomes less with it.
+[[nodiscard]] std::vector<Stamp> partOf(std::span<const Stamp> images, int part, int parts);
 
 /// Lives as long as the stroke, so it may keep what it accumulates. begin() is called once an application and brick()
 /// for each of its bricks, those from several threads. Equal bits on every CPU and thread count: add, multiply, divide,
@@ -50,6 +65,12 @@ class DistanceMethod {
 
   /// How far outside of the surface an application may put one, voxels.
   [[nodiscard]] virtual double travel() const { return 0; }
+
+  /// Where the tool of an application, or of a part of it, counts as standing in the clay `before` it.
+  [[nodiscard]] virtual std::vector<Stamp> placed(Sampler& before, std::span<const Stamp> images) const {
+    (void)before;
+    return {images.begin(), images.end()};
+  }
 
   /// Before the bricks of an application; `bricks` (sorted) are those that will be asked for: all within reach that
   /// hold or touch some surface. It pauses about every kBricksAStep bricks of work.
@@ -97,6 +118,9 @@ class DistanceMethod {
     (void)images;
     return 1;
   }
+  [[nodiscard]] virtual std::vector<Stamp> part(std::span<const Stamp> images, int part, int parts) const {
+    return partOf(images, part, parts);
+  }
 };
 
 /// The method of the context's operation. One line a method.
@@ -109,7 +133,9 @@ class DistanceMethod {
 [[nodiscard]] std::unique_ptr<DistanceMethod> makeSmoothing(const StrokeContext& context);
 // scrape, fill, flatten (levelling.cpp)
 [[nodiscard]] std::unique_ptr<DistanceMethod> makeLevelling(const StrokeContext& context);
-[[nodiscard]] std::unique_ptr<DistanceMethod> makeRaising(const StrokeContext& context);  // raise (raising.cpp)
+// raise: with a limit or an image (raising.cpp), and without (swelling.cpp)
+[[nodiscard]] std::unique_ptr<DistanceMethod> makeRaising(const StrokeContext& context);
+[[nodiscard]] std::unique_ptr<DistanceMethod> makeSwelling(const StrokeContext& context);
 // crease, tug, smudge, pinch, twist (warping.cpp)
 [[nodiscard]] std::unique_ptr<DistanceMethod> makeWarping(const StrokeContext& context);
 [[nodiscard]] std::unique_ptr<DistanceMethod> makeMorphing(const StrokeContext& context);  // morph (morphing.cpp)
@@ -118,13 +144,14 @@ class DistanceMethod {
 [[nodiscard]] std::unique_ptr<DistanceMethod> makeExternal(
     const StrokeContext& context);  // external (external_brush.cpp)
 
+// A stamp of strength 1 raises by this part of the height: swept stamps a tenth of the radius apart, of the smooth
+// falloff, add up to 35/3 of one where the tool's middle passes, so that a pass is the height.
+inline constexpr float kRaisedByStamp = 3.0f / 35;
+/// How far a stamp of strength 1 raises at most, voxels.
+[[nodiscard]] float raisedByStamp(const Brush& brush, const Operation& operation);
+
 /// Distance of a point from a stamp's segment, voxels; in double, for choosing.
 [[nodiscard]] double segmentDistance(const Stamp& stamp, const Vec3d& point);
-
-/// With places that are multiples of a fixed step, so that sums and mirror images in planes between voxels are exact.
-[[nodiscard]] std::vector<Stamp> quantised(std::span<const Stamp> images);
-/// Part `part` of `parts` of an application's way; what goes by the way becomes less with it.
-[[nodiscard]] std::vector<Stamp> partOf(std::span<const Stamp> images, int part, int parts);
 
 /// Visits the bricks around a stamp, region by region, so that consecutive ones share a node. `enter` is asked first,
 /// with the region's first brick and the distance of its middle to the segment.

@@ -27,16 +27,8 @@ namespace argil::clay {
 
 namespace {
 
-// From the centre of a brick's voxels to its corner voxel, and a little that covers rounding: bricks farther out are
-// decided without looking at their voxels, with the same result.
-const double kHalfDiagonal = 3.5 * std::sqrt(3.0) + 0.01;
-// The same for a region of 8×8×8 bricks, so that a brush of any size costs its surface.
-const double kRegionHalfDiagonal = 31.5 * std::sqrt(3.0) + 0.01;
-
 // Due bricks are gathered until their count is worth the ring of neighbours that is solved along with them.
 constexpr size_t kBatch = 64;
-// Bricks that a step redistances; more at once share more of their surroundings.
-constexpr size_t kRedistancedAtOnce = 512;
 // Bricks of an application that are worth a second thread.
 constexpr size_t kParallelFrom = 256;
 // Applications whose bricks are computed together at most. What is shown lags by less.
@@ -407,20 +399,23 @@ Steps BrushStroke::State::workOnPart(std::span<const Stamp> part, bool together,
 Steps BrushStroke::State::workInParts(std::span<const Stamp> images, bool together, std::vector<Coord>& influenced) {
   const int parts = method->parts(images);
   for (int i = 0; i < parts; ++i) {
-    const std::vector<Stamp> part = parts == 1 ? std::vector(images.begin(), images.end()) : partOf(images, i, parts);
+    std::vector<Stamp> part(images.begin(), images.end());
+    if (parts > 1) part = method->part(images, i, parts);
+    if (i > 0) {
+      Sampler field(*editor);
+      part = method->placed(field, part);
+    }
     for (Steps each = workOnPart(part, together, influenced); each.next();) co_yield Steps::kPause;
   }
 }
 
 Steps BrushStroke::State::redistanceBricks(Trail::Work work) {
-  Redistancing how = redistancing;
-  how.atOnce = kRedistancedAtOnce;
-  const bool inSteps = work.bricks.size() > how.atOnce;
+  const bool inSteps = work.bricks.size() > redistancing.atOnce;
   const Version was = inSteps ? commit() : Version();
   const Sampler field = was ? Sampler(was) : Sampler(*editor);
   for (const RedistancePart& part :
-       redistanceParts(std::move(work.bricks), std::move(work.renew), editor->grid().band, how)) {
-    (void)linkSettled(*editor, redistancePart(field, *editor, part, threads, how));
+       redistanceParts(std::move(work.bricks), std::move(work.renew), editor->grid().band, redistancing)) {
+    (void)linkSettled(*editor, redistancePart(field, *editor, part, threads, redistancing));
     if (inSteps) co_yield Steps::kPause;
   }
 }
@@ -447,7 +442,7 @@ Steps BrushStroke::State::prepare(std::span<const Stamp> images) {
   if (!full) co_return;
   trail.follow(stamps);
   while (trail.due() > 0) {
-    for (Steps each = redistanceDue(kRedistancedAtOnce); each.next();) co_yield Steps::kPause;
+    for (Steps each = redistanceDue(redistancing.atOnce); each.next();) co_yield Steps::kPause;
     co_yield Steps::kPause;
   }
   method->beginAnew(commit());
@@ -466,7 +461,7 @@ void BrushStroke::apply(std::span<const Stamp> images) {
 bool BrushStroke::step(std::span<const Stamp> given) {
   State& s = *state_;
   if (!s.inWork) {
-    if (given.empty() || given.size() > 64) throw Error("a stamp has 1 to 64 images");
+    if (given.empty() || given.size() > kMostImages) throw Error("a stamp has 1 to 64 images");
     for (const Stamp& each : given) checkStamp(each);
     s.inWork.emplace(s.wallLimit ? s.applicationWithinWalls(quantised(given)) : s.application(quantised(given)));
   }
@@ -492,6 +487,10 @@ Steps BrushStroke::State::applicationWithinWalls(std::vector<Stamp> images) {
 
 Steps BrushStroke::State::application(std::vector<Stamp> images) {
   for (Steps each = prepare(images); each.next();) co_yield Steps::kPause;
+  if (method) {
+    Sampler field(*editor);
+    images = method->placed(field, images);
+  }
   const Version was = beforeChange();
   seen = was;  // until what goes along with the clay has gone along
   std::vector<Coord> influenced;

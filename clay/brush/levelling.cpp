@@ -21,8 +21,6 @@ constexpr float kMost = 1.5f;
 constexpr double kKeep = 0.5;
 // Sums are of multiples of this: exact, so that their order does not matter.
 constexpr double kGrain = 1.0 / (1 << 22);
-// From the middle of a brick's voxels to the outermost, and a little for rounding.
-const double kHalfDiagonal = 3.5 * std::sqrt(3.0) + 0.01;
 
 class Levelling : public DistanceMethod {
  public:

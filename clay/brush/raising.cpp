@@ -1,5 +1,5 @@
-// Along the normals of the surface as it was when the stroke began: what is left is its distance then, less a height
-// that belongs to each of its points.
+// Up to a limit, or as an image says, along the normals of the surface as it was when the stroke began: what is left is
+// its distance then, less a height that belongs to each of its points.
 
 #include <algorithm>
 #include <cmath>
@@ -15,24 +15,14 @@
 namespace argil::clay {
 namespace {
 
-// A stamp of strength 1 adds this part of the height: swept stamps a tenth of the radius apart, of the smooth falloff,
-// add up to 35/3 of one where the tool's middle passes, so that a pass is the height.
-constexpr float kStep = 3.0f / 35;
 // Beyond the band around what a stamp may raise: for the slopes that are taken across voxels.
 constexpr float kBeyond = 2;
 // Reach grows by this, so that bricks are not solved again at each stamp.
 constexpr float kReachStep = 2;
-// A stroke without a limit begins anew on the clay that it has made once that stands this many of the tool's heights,
-// of its radii, or voxels, above the surface that it began with. Farther out normals meet, so that the heights of
-// neighbours tear, and every voxel of height makes every stamp dearer.
-constexpr float kMostHeights = 1.1f, kMostRadii = 0.5f, kMostVoxels = 3;
-// A tool that the stroke has buried by no more than this, voxels, counts as standing on the clay above it.
-constexpr float kMostBuried = 16;
-// The same once it holds this many applications or bricks, so that neither time nor memory follows the stroke's length;
-// bricks also have to be many times those of one stamp.
-constexpr size_t kMostApplications = 512, kMostBricks = 2048, kMostStamps = 3;
 // A limit up to this many voxels is looked at from the first application on, however little has been laid.
 constexpr float kMostAtOnce = 16;
+// Bricks that are held from which on those go that no stamp asks for; also so many of those of one stamp.
+constexpr size_t kMostBricks = 2048, kMostStamps = 3;
 // Distances are solved this many voxels farther than an application needs them.
 constexpr float kAhead = 4;
 // Bricks that are worth a second thread.
@@ -132,39 +122,21 @@ class Raising : public DistanceMethod {
         threads_(context.threads),
         side_(context.operation.amount < 0 ? -1.0f : 1.0f),
         rise_(std::abs(context.operation.amount) * context.brush->height),
-        perStamp_(static_cast<float>(context.brush->perStamp)),
-        limited_(context.brush->limited || context.brush->image),
+        step_(brush_->image ? rise_ : raisedByStamp(*brush_, operation_)),
+        base_(context.start, context.operation.amount < 0 ? -1 : 1, context.threads),
         applications_(context.brush->image != nullptr) {
-    // Where nothing limits it a tool that was lifted goes on from what it left; a limit counts from where the stroke
-    // began.
-    if (limited_ && context.start != context.base) laid_ = context.base;
-    everywhere_ = limited_ && rise_ <= kMostAtOnce;
+    // Where a tool was lifted on the way the limit counts from where the stroke began.
+    if (context.start != context.base) laid_ = context.base;
+    everywhere_ = rise_ <= kMostAtOnce;
     if (everywhere_) highest_ = rise_;
-    base_.emplace(limited_ ? context.start : context.base, side_ < 0 ? -1 : 1, threads_);
   }
 
-  double travel() const override { return everywhere_ ? rise_ : step(); }
-  double reach(const Stamp& stamp) const override {
-    return stamp.largestRadius() * radii() + band_ + highest_ + step();
-  }
+  double travel() const override { return everywhere_ ? rise_ : step_; }
+  double reach(const Stamp& stamp) const override { return stamp.largestRadius() * radii() + band_ + highest_ + step_; }
   Steps begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) override;
   bool brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const override;
 
   bool lasting() const override { return true; }
-
-  bool full() const override {
-    if (limited_) return false;
-    return highest_ > most() || applications_.count() >= kMostApplications || base_->size() >= mostBricks();
-  }
-  void beginAnew(const Version& now) override {
-    base_.emplace(now, side_ < 0 ? -1 : 1, threads_);
-    behind_.emplace(now, side_ < 0 ? 1 : -1, threads_);
-    start_ = now;
-    before_ = std::min(before_ + highest_, kMostBuried);
-    layers_.clear();
-    applications_.clear();
-    highest_ = 0;
-  }
 
  private:
   struct Layer {
@@ -178,15 +150,7 @@ class Raising : public DistanceMethod {
   [[nodiscard]] double radii() const { return brush_->image ? 1.4143 : 1.0; }
   // Bricks that are held, at most about as many.
   [[nodiscard]] size_t mostBricks() const { return std::max(kMostBricks, kMostStamps * asked_); }
-  // How far one application raises at most.
-  [[nodiscard]] float step() const { return brush_->image ? rise_ : rise_ * kStep * perStamp_; }
-  // How high a stroke without a limit stands when it begins anew.
-  [[nodiscard]] float most() const {
-    return std::max(std::min(kMostHeights * rise_, kMostRadii * radius_), kMostVoxels);
-  }
-  [[nodiscard]] float limit() const { return limited_ ? rise_ : HUGE_VALF; }
   [[nodiscard]] Vec3d lowered(const Vec3d& place) const;
-  [[nodiscard]] Vec3d lifted(const Vec3d& place);
   void apply(Coord coord, const WideDistance::Block& block, std::span<const Stamp> current, Layer& layer) const;
   [[nodiscard]] bool raise(std::span<const Stamp> images, Coord coord, const float* foot, const uint64_t* mask,
                            Layer& layer) const;
@@ -200,21 +164,15 @@ class Raising : public DistanceMethod {
   Operation operation_;
   float band_;
   int threads_;
-  float side_, rise_, perStamp_;
-  bool limited_;
+  float side_, rise_;
+  float step_;       // how far one application raises at most
   bool everywhere_;  // bricks get all applications from the first on, as high as the limit: none is made up for
   Version laid_;     // what the stroke left before the tool was lifted; none: nothing
-  std::optional<WideDistance> base_;
-  // Of a stroke that has begun anew: the clay then, distances on the other side of its surface, and how much had been
-  // laid before.
-  Version start_;
-  std::optional<WideDistance> behind_;
-  float before_ = 0;
+  WideDistance base_;
   std::unordered_map<Coord, std::unique_ptr<Layer>, CoordHash> layers_;
   Applications applications_;
   float highest_ = 0;  // of all heights so far
   size_t asked_ = 0;   // bricks of the last application
-  float radius_ = 0;   // of its tip
 };
 
 bool anyKnown(const WideDistance::Block& block) {
@@ -263,7 +221,7 @@ std::optional<Around> around(const WideDistance& field, const Vec3d& place, cons
 
 // A tool that rides on what the stroke has laid belongs to the place below it.
 Vec3d Raising::lowered(const Vec3d& place) const {
-  const auto there = around(*base_, place, [&](Coord coord, int at, float& height) {
+  const auto there = around(base_, place, [&](Coord coord, int at, float& height) {
     const Layer* heights = layer(coord);
     if (heights) height = heights->height[at];
     return heights != nullptr;
@@ -272,51 +230,26 @@ Vec3d Raising::lowered(const Vec3d& place) const {
   return place + quantised(there->foot * std::min(there->height / there->u, 1.0f));
 }
 
-// And one that stands where the surface was before the stroke began anew to the place above it.
-Vec3d Raising::lifted(const Vec3d& place) {
-  if (before_ == 0) return place;
-  Sampler now(start_);
-  if (!(side_ * now.trilinear(place) < 0)) return place;
-  const double reach = std::ceil((static_cast<double>(std::max(before_, band_)) + 3) / 2) * 2;
-  std::vector<Coord> bricks;
-  const auto first = [](double v) { return static_cast<int32_t>(std::ceil((v - 7) / kBrickEdge)); };
-  const auto last = [](double v) { return static_cast<int32_t>(std::floor(v / kBrickEdge)); };
-  for (int32_t x = first(place.x() - reach); x <= last(place.x() + reach); ++x)
-    for (int32_t y = first(place.y() - reach); y <= last(place.y() + reach); ++y)
-      for (int32_t z = first(place.z() - reach); z <= last(place.z() + reach); ++z) bricks.push_back({x, y, z});
-  behind_->extend(bricks, static_cast<float>(reach)).finish();
-  const auto there = around(*behind_, place, [](Coord, int, float& height) {
-    height = 0;
-    return true;
-  });
-  if (!there || !(there->u > 0)) return place;
-  return place + quantised(there->foot * std::min(before_ / there->u, 1.0f));
-}
-
 Steps Raising::begin(Sampler&, std::span<const Stamp> images, std::span<const Coord> bricks) {
   asked_ = bricks.size();
-  radius_ = 0;
-  for (const Stamp& each : images) radius_ = std::max(radius_, static_cast<float>(each.largestRadius()));
-  // Farther than it is needed, where that is near: what is solved again and again costs more. But not at once: what a
-  // stroke begins with, and begins anew with, is all that its tip covers.
-  const float needed = std::min(highest_ + step(), limit()),
-              ahead = std::min({needed + kAhead, most() + step(), limit(), kMostAtOnce});
+  // Farther than it is needed, where that is near: what is solved again and again costs more.
+  const float needed = std::min(highest_ + step_, rise_), ahead = std::min({needed + kAhead, rise_, kMostAtOnce});
   const float reach = std::ceil((band_ + std::max(needed, ahead) + kBeyond) / kReachStep) * kReachStep;
-  for (Steps each = base_->extend(bricks, reach); each.next();) co_yield Steps::kPause;
+  for (Steps each = base_.extend(bricks, reach); each.next();) co_yield Steps::kPause;
   std::vector<Stamp> stamps(images.begin(), images.end());
   for (size_t i = 0; i < stamps.size(); ++i) {
-    stamps[i].a = lowered(lifted(images[i].a));
-    stamps[i].b = images[i].b == images[i].a ? stamps[i].a : lowered(lifted(images[i].b));
+    stamps[i].a = lowered(images[i].a);
+    stamps[i].b = images[i].b == images[i].a ? stamps[i].a : lowered(images[i].b);
     // As applications are kept.
     stamps[i].endRadius = static_cast<double>(static_cast<float>(stamps[i].radiusAtEnd()));
     stamps[i].radius = static_cast<double>(static_cast<float>(stamps[i].radius));
   }
   applications_.add(stamps, radii());
-  base_->keepFeetOf(bricks);
+  base_.keepFeetOf(bricks);
   // Whatever it looks at, each brick has a layer of its own.
   std::vector<std::pair<const WideDistance::Block*, Layer*>> work(bricks.size());
   for (size_t i = 0; i < bricks.size(); ++i) {
-    work[i].first = base_->find(bricks[i]);
+    work[i].first = base_.find(bricks[i]);
     if (!work[i].first || !anyKnown(*work[i].first)) continue;
     std::unique_ptr<Layer>& layer = layers_[bricks[i]];
     if (!layer) layer = std::make_unique<Layer>();
@@ -336,8 +269,8 @@ Steps Raising::begin(Sampler&, std::span<const Stamp> images, std::span<const Co
   for (const auto& each : work)
     if (each.second) highest_ = std::max(highest_, each.second->most);
   // Where a brick is asked for together with all below it the stroke need not keep more than the heights that it laid.
-  if (!everywhere_ || base_->size() < mostBricks()) co_return;
-  base_->keepOnly(bricks);
+  if (!everywhere_ || base_.size() < mostBricks()) co_return;
+  base_.keepOnly(bricks);
   std::erase_if(layers_, [&](const auto& entry) {
     return entry.second->most == 0 && !std::binary_search(bricks.begin(), bricks.end(), entry.first);
   });
@@ -346,7 +279,7 @@ Steps Raising::begin(Sampler&, std::span<const Stamp> images, std::span<const Co
 // Raises a brick by the application that was added last, and by those before it where they have not been heeded yet.
 void Raising::apply(Coord coord, const WideDistance::Block& block, std::span<const Stamp> current, Layer& layer) const {
   WideDistance::Feet room;
-  const WideDistance::Feet& feet = base_->feet(coord, room);
+  const WideDistance::Feet& feet = base_.feet(coord, room);
   const Vec3f low(feet.box[0][0], feet.box[0][1], feet.box[0][2]), high(feet.box[1][0], feet.box[1][1], feet.box[1][2]);
   if (!(low.x() <= high.x())) return;
   const Vec3d middle = (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5);
@@ -386,7 +319,7 @@ bool Raising::raise(std::span<const Stamp> images, Coord coord, const float* foo
   if (!brush_->image) {
     for (const Stamp& each : images)
       footWeights(sweptBall(each, coord), static_cast<int>(operation_.shape), each.strength, foot, weight);
-    return raiseHeights(weight, step(), limit(), mask, layer.height);
+    return raiseHeights(weight, step_, rise_, mask, layer.height);
   }
   for (const Stamp& each : images) emboss(each, coord, foot, weight);
   bool any = false;
@@ -426,7 +359,7 @@ void Raising::emboss(const Stamp& stamp, Coord coord, const float* foot, float (
 }
 
 bool Raising::brick(Sampler& before, std::span<const Stamp>, Coord coord, float (&phi)[kBrickVoxels]) const {
-  const WideDistance::Block* block = base_->find(coord);
+  const WideDistance::Block* block = base_.find(coord);
   const Layer* mine = layer(coord);
   if (!block || !mine) return false;
   // Heights with one voxel around them; what lies behind the surface has none of its own and goes on as it is here.

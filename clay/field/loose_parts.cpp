@@ -369,9 +369,8 @@ std::vector<bool> cavitiesOf(Components& spaces) {
 
 }  // namespace
 
-Cleaned fillVoids(const Version& version, Job* job) {
-  const WorkPart all(job);
-  Components spaces(version, Tile::outside, all.part(0, 0.5));
+Cleaned fillVoids(const Version& version, const WorkPart& part) {
+  Components spaces(version, Tile::outside, part.part(0, 0.5));
   Cleaned result{version, 0, 0};
   const std::vector<bool> goes = cavitiesOf(spaces);
   for (size_t body = 0; body < goes.size(); ++body) {
@@ -379,8 +378,8 @@ Cleaned fillVoids(const Version& version, Job* job) {
     ++result.count;
     result.volumeMm3 += spaces.voxels(body) * voxelVolume(version);
   }
-  if (result.count > 0) result.version = spaces.without(goes, all.part(0.5, 1));
-  if (job) job->step(1);
+  if (result.count > 0) result.version = spaces.without(goes, part.part(0.5, 1));
+  part.step(1);
   return result;
 }
 

@@ -34,7 +34,7 @@ struct Cleaned {
 /// Without the bodies below a volume; the largest always stays.
 [[nodiscard]] Cleaned removeCrumbs(const Version& version, double belowMm3, Job* job = nullptr);
 /// Cavities that no way leads to from outside become solid.
-[[nodiscard]] Cleaned fillVoids(const Version& version, Job* job = nullptr);
+[[nodiscard]] Cleaned fillVoids(const Version& version, const WorkPart& part = WorkPart(nullptr));
 
 /// Asked for a small body or cavity, with one of its voxels and how many it has: does it go?
 using SpeckTest = std::function<bool(Coord voxel, double voxels)>;

@@ -80,6 +80,12 @@ void distancesOfFeet(const float* broad, const uint64_t* frozen, float least, fl
   }
 }
 
+// Whether a brick and all that it shares a face with are tiles of one kind, so that nothing is known there yet.
+bool isAmongTiles(Sampler& field, Coord brick, Slot slot) {
+  return slot.isTile() && std::all_of(kFaceSteps.begin(), kFaceSteps.end(),
+                                      [&](Coord step) { return field.slot(brick + step) == slot; });
+}
+
 }  // namespace
 
 void Renewal::begin(size_t i, const float* broad, Renew how, ChannelSlot mask, float known) {
@@ -110,6 +116,13 @@ void Renewal::begin(size_t i, const float* broad, Renew how, ChannelSlot mask, f
   solver_.begin(i, wide, frozen);
 }
 
+void Renewal::beginUnknown(size_t i, Tile tile) {
+  constexpr uint64_t kNone[kBrickEdge] = {};
+  float wide[kWideSize];
+  std::fill(std::begin(wide), std::end(wide), tile == Tile::inside ? -kUnknownDistance : kUnknownDistance);
+  solver_.begin(i, wide, kNone, 0);
+}
+
 void Renewal::run(const Redistancing& options) {
   solver_.run(options.passesOf(band_), [&](const float* around, const uint64_t* frozen, uint64_t rows, float* out) {
     return widePass(around, frozen, rows, band_, out);
@@ -132,9 +145,14 @@ std::vector<SettledBrick> renewDistances(const Sampler& before, Editor& editor, 
     Sampler field = before;
     float broad[kBroadSize] = {};
     for (size_t i = begin; i < end; ++i) {
-      gatherBroad(field, coords[i], 4, broad);
-      renewal.begin(i, broad, renew[i], masks ? editor.find(Channel::mask, coords[i]) : ChannelSlot());
+      const ChannelSlot mask = masks ? editor.find(Channel::mask, coords[i]) : ChannelSlot();
       sources[i] = field.slot(coords[i]);
+      if (mask == ChannelSlot() && isAmongTiles(field, coords[i], sources[i])) {
+        renewal.beginUnknown(i, sources[i].tile());
+        continue;
+      }
+      gatherBroad(field, coords[i], 4, broad);
+      renewal.begin(i, broad, renew[i], mask);
     }
   });
   renewal.run(options);

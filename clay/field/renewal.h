@@ -21,6 +21,8 @@ class Renewal {
   /// `broad`: the field of brick `i` and four voxels around it. What `mask` covers whole keeps its distance, and so
   /// does what is nearer to the surface than `known`.
   void begin(size_t i, const float* broad, Renew how, ChannelSlot mask = {}, float known = 0);
+  /// The same for a tile among tiles of its kind.
+  void beginUnknown(size_t i, Tile tile);
   void run(const Redistancing& options = {});
   /// The 512 distances of brick `i` without their signs, `band` at most; and those of two voxels around it too, by
   /// wideOffset, with signs and beyond the band too.

@@ -178,42 +178,77 @@ void Parts(const float* padded, const float* weight, const float (&origin)[3], S
   });
 }
 
-void Weights(const SweptBall& b, int shape, float strength, const float* foot, float* weight) {
+// Weight of a ball swept over a row of places, from its beginning.
+HWY_INLINE Row weightAt(const SweptBall& b, int shape, Row vx, Row vy, Row vz) {
   const RowTag d;
   const Row one = hn::Set(d, 1.0f), zero = hn::Zero(d);
+  const Row dx = hn::Set(d, b.dx), dy = hn::Set(d, b.dy), dz = hn::Set(d, b.dz);
+  const Row along = hn::Add(hn::Add(hn::Mul(vx, dx), hn::Mul(vy, dy)), hn::Mul(vz, dz));
+  const Row t = hn::Min(hn::Max(hn::Mul(along, hn::Set(d, b.inverseLength2)), zero), one);
+  const Row ex = hn::Sub(vx, hn::Mul(t, dx)), ey = hn::Sub(vy, hn::Mul(t, dy)), ez = hn::Sub(vz, hn::Mul(t, dz));
+  const Row squared = hn::Add(hn::Add(hn::Mul(ex, ex), hn::Mul(ey, ey)), hn::Mul(ez, ez));
+  const Row radius = hn::Add(hn::Set(d, b.radius), hn::Mul(t, hn::Set(d, b.growth)));
+  const Row t2 = hn::Div(squared, hn::Mul(radius, radius)), rest2 = hn::Max(hn::Sub(one, t2), zero);
+  switch (shape) {
+    case 0:
+      return hn::Min(hn::Max(hn::Mul(hn::Sub(radius, hn::Sqrt(squared)), hn::Set(d, 0.5f)), zero), one);
+    case 1:
+      return hn::Mul(rest2, rest2);
+    case 2:
+      return hn::Max(hn::Sub(one, hn::Sqrt(t2)), zero);
+    case 3: {
+      const Row rest = hn::Max(hn::Sub(one, hn::Sqrt(t2)), zero);
+      return hn::Mul(rest, rest);
+    }
+    default:
+      return hn::Sqrt(rest2);
+  }
+}
+
+void Weights(const SweptBall& b, int shape, float strength, const float* foot, float* weight) {
+  const RowTag d;
   forRows([&](int voxel) {
     const Row vx = hn::Add(hn::Set(d, static_cast<float>(voxel >> 6) - 3.5f - b.ax), hn::LoadU(d, foot + voxel));
     const Row vy = hn::Add(hn::Set(d, static_cast<float>((voxel >> 3) & 7) - 3.5f - b.ay),
                            hn::LoadU(d, foot + kBrickVoxels + voxel));
     const Row z = hn::Iota(d, static_cast<float>(voxel & 7) - 3.5f);
     const Row vz = hn::Add(hn::Sub(z, hn::Set(d, b.az)), hn::LoadU(d, foot + 2 * kBrickVoxels + voxel));
-    const Row dx = hn::Set(d, b.dx), dy = hn::Set(d, b.dy), dz = hn::Set(d, b.dz);
-    const Row along = hn::Add(hn::Add(hn::Mul(vx, dx), hn::Mul(vy, dy)), hn::Mul(vz, dz));
-    const Row t = hn::Min(hn::Max(hn::Mul(along, hn::Set(d, b.inverseLength2)), zero), one);
-    const Row ex = hn::Sub(vx, hn::Mul(t, dx)), ey = hn::Sub(vy, hn::Mul(t, dy)), ez = hn::Sub(vz, hn::Mul(t, dz));
-    const Row squared = hn::Add(hn::Add(hn::Mul(ex, ex), hn::Mul(ey, ey)), hn::Mul(ez, ez));
-    const Row radius = hn::Add(hn::Set(d, b.radius), hn::Mul(t, hn::Set(d, b.growth)));
-    const Row t2 = hn::Div(squared, hn::Mul(radius, radius)), rest2 = hn::Max(hn::Sub(one, t2), zero);
-    Row w = one;
-    switch (shape) {
-      case 0:
-        w = hn::Min(hn::Max(hn::Mul(hn::Sub(radius, hn::Sqrt(squared)), hn::Set(d, 0.5f)), zero), one);
-        break;
-      case 1:
-        w = hn::Mul(rest2, rest2);
-        break;
-      case 2:
-        w = hn::Max(hn::Sub(one, hn::Sqrt(t2)), zero);
-        break;
-      case 3: {
-        const Row rest = hn::Max(hn::Sub(one, hn::Sqrt(t2)), zero);
-        w = hn::Mul(rest, rest);
-        break;
-      }
-      default:
-        w = hn::Sqrt(rest2);
-    }
+    const Row w = weightAt(b, shape, vx, vy, vz);
     hn::StoreU(hn::Max(hn::Mul(w, hn::Set(d, strength)), hn::LoadU(d, weight + voxel)), d, weight + voxel);
+  });
+}
+
+void RaiseAtFeet(const float* padded, float band, std::span<const WeighedBall> balls, int shape, float gain,
+                 float* phi) {
+  const RowTag d;
+  const Row zero = hn::Zero(d), edge = hn::Set(d, band), least = hn::Set(d, 1e-4f);
+  forRows([&](int voxel) {
+    const int at = paddedOffset((voxel >> 6) + 1, ((voxel >> 3) & 7) + 1, (voxel & 7) + 1);
+    const Row u = hn::LoadU(d, padded + at), twice = hn::Add(u, u);
+    const auto known = hn::Lt(hn::Abs(u), edge);
+    if (hn::AllFalse(d, known)) return hn::StoreU(u, d, phi + voxel);
+    // Where one side is not known the other one's difference goes on.
+    const auto slope = [&](int step) {
+      const Row before = hn::LoadU(d, padded + at - step), after = hn::LoadU(d, padded + at + step);
+      const Row low = hn::IfThenElse(hn::Ge(hn::Abs(before), edge), hn::Sub(twice, after), before);
+      const Row high = hn::IfThenElse(hn::Ge(hn::Abs(after), edge), hn::Sub(twice, before), after);
+      return hn::Sub(high, low);
+    };
+    const Row gx = slope(10 * kPaddedRow), gy = slope(kPaddedRow), gz = slope(1);
+    const Row length2 = hn::Add(hn::Add(hn::Mul(gx, gx), hn::Mul(gy, gy)), hn::Mul(gz, gz));
+    const Row scale =
+        hn::IfThenElse(hn::Gt(length2, least), hn::Neg(hn::Div(u, hn::Sqrt(hn::Max(length2, least)))), zero);
+    const Row x = hn::Mul(gx, scale), y = hn::Mul(gy, scale), z = hn::Mul(gz, scale);
+    Row weight = zero;
+    for (const WeighedBall& each : balls) {
+      const SweptBall& b = each.ball;
+      const Row vx = hn::Add(hn::Set(d, static_cast<float>(voxel >> 6) - 3.5f - b.ax), x);
+      const Row vy = hn::Add(hn::Set(d, static_cast<float>((voxel >> 3) & 7) - 3.5f - b.ay), y);
+      const Row vz = hn::Add(hn::Sub(hn::Iota(d, static_cast<float>(voxel & 7) - 3.5f), hn::Set(d, b.az)), z);
+      weight = hn::Max(weight, hn::Mul(weightAt(b, shape, vx, vy, vz), hn::Set(d, each.strength)));
+    }
+    const Row raised = hn::Sub(u, hn::Mul(weight, hn::Set(d, gain)));
+    hn::StoreU(hn::IfThenElse(known, raised, u), d, phi + voxel);
   });
 }
 
@@ -338,6 +373,7 @@ HWY_EXPORT(Pass);
 HWY_EXPORT(Feet);
 HWY_EXPORT(Parts);
 HWY_EXPORT(Weights);
+HWY_EXPORT(RaiseAtFeet);
 HWY_EXPORT(Heights);
 HWY_EXPORT(Raised);
 HWY_EXPORT(StartWide);
@@ -355,6 +391,10 @@ void surfaceParts(const float* padded, const float* weight, const float (&origin
 }
 void footWeights(const SweptBall& ball, int shape, float strength, const float* foot, float* weight) noexcept {
   HWY_DYNAMIC_DISPATCH(Weights)(ball, shape, strength, foot, weight);
+}
+void raiseAtFeet(const float* padded, float band, std::span<const WeighedBall> balls, int shape, float gain,
+                 float* phi) noexcept {
+  HWY_DYNAMIC_DISPATCH(RaiseAtFeet)(padded, band, balls, shape, gain, phi);
 }
 bool raiseHeights(const float* weight, float gain, float limit, const uint64_t* mask, float* height) noexcept {
   return HWY_DYNAMIC_DISPATCH(Heights)(weight, gain, limit, mask, height);

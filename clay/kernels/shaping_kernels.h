@@ -2,6 +2,7 @@
 // Arithmetic of raising, levelling and smoothing on one brick; compiled once per SIMD target.
 
 #include <cstdint>
+#include <span>
 
 #include "clay/kernels/brush_kernels.h"
 
@@ -31,6 +32,15 @@ void wideFeet(const float* wide, uint64_t rows, float* foot, float (&box)[2][3])
 /// As ballWeights, taken at the feet of the voxels instead of at the voxels. The constant falloff's rim is two voxels
 /// wide: a step within one voxel could not be told from a step elsewhere in it.
 void footWeights(const SweptBall& ball, int shape, float strength, const float* foot, float* weight) noexcept;
+
+struct WeighedBall {
+  SweptBall ball;
+  float strength;
+};
+/// φ − gain · weight, the largest of the balls' weights (falloff · strength, as footWeights) at each voxel's nearest
+/// point of the surface, where |φ| < `band`; elsewhere φ. `padded`: the field with one voxel around the brick.
+void raiseAtFeet(const float* padded, float band, std::span<const WeighedBall> balls, int shape, float gain,
+                 float* phi) noexcept;
 
 /// height = min(height + gain · weight, limit) where a bit of `mask` is set and the weight is not zero; no height is
 /// above the limit. Whether any changed.

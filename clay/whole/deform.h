@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "clay/base/job.h"
-#include "clay/brush/warp.h"
 #include "clay/store/version.h"
+#include "clay/whole/warp.h"
 
 namespace argil::clay {
 

@@ -91,11 +91,10 @@ class Drain {
   Drain(const Version& version, const DrainOptions& options, const WorkPart& part)
       : options_(options), radius_(options.diameterMm / version.grid().voxelMm / 2) {
     result_.version = version;
-    const Cleaned solid = fillVoids(version, nullptr);
+    const Cleaned solid = fillVoids(version, part.part(0, 0.1));
     if (solid.count == 0)
       throw Error("nothing is hollow here, with walls all around: make a shell first", Error::Kind::work);
     solid_ = solid.version;
-    part.step(0.1);
     // Upside down first: what drains as the piece stands is what counts, and is looked at last.
     if (options.vents) bore(-1, part.part(0.1, 0.5));
     bore(1, part.part(options.vents ? 0.5 : 0.1, 1));

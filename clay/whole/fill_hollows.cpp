@@ -56,8 +56,7 @@ FilledHollows fillHollows(const Version& version, const HollowFilling& filling, 
     throw Error(fmt::format("an infill of {:.3g} %: give {:g} to {:g}", 100 * filling.density, 100 * kLeastDensity,
                             100 * kMostDensity));
   threads = threadCount(threads);
-  const Cleaned solid = fillVoids(version, nullptr);
-  part.step(0.05);
+  const Cleaned solid = fillVoids(version, part.part(0, 0.05));
   const double before = volumeOf(version, 0, threads), hollow = volumeOf(solid.version, 0, threads) - before;
   std::vector<Vec3d> places;
   const BoxMm box = boundsOf(solid.version);

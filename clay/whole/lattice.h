@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "clay/brush/warp.h"
+#include "clay/whole/warp.h"
 
 namespace argil::clay {
 

@@ -101,7 +101,7 @@ PieceResult mirror(const Document& document, const PieceArguments& a, Job* job) 
 
 PieceResult fillVoids(const Document& document, const PieceArguments& a, Job* job) {
   const Piece& piece = pieceOf(document, a);
-  const clay::Cleaned cleaned = clay::fillVoids(piece.version, job);
+  const clay::Cleaned cleaned = clay::fillVoids(piece.version, clay::WorkPart(job));
   return changedTo(
       piece, cleaned.version,
       {fmt::format("{}: {} filled, {:.3g} mm³ together.", piece.name,

@@ -96,13 +96,16 @@ TEST(Strokes, InStepsIsTheSameStroke) {
     Precision precision = Precision::float32;
   };
   const auto of = [](Method method) { return *Brush::of(method); };
-  Brush raise = of(Method::raise), wax = of(Method::wax), walled = of(Method::carve);
-  raise.height = 6;
+  Brush raise = of(Method::raise), layer = raise, tall = raise, wax = of(Method::wax), walled = of(Method::carve);
+  raise.height = layer.height = 6;
+  layer.limited = true;
+  tall.height = 60;
   wax.blend = 3;
   walled.leastWall = 4;
-  const Case cases[] = {{"a raise that begins anew", raise, 15, 12, 60, 5},
-                        {"a tug that begins anew", of(Method::tug), 15, 12, 60, 5},
+  const Case cases[] = {{"a tug that begins anew", of(Method::tug), 15, 12, 60, 5},
                         {"raise", raise, 45, 70, 3, 10},
+                        {"a raise in parts", tall, 45, 70, 3, 30},
+                        {"layer", layer, 45, 70, 3, 10},
                         {"tug", of(Method::tug), 45, 70, 12, 10},
                         {"carve", of(Method::carve), 45, 70, 3, 3},
                         {"add", of(Method::add), 45, 70, 3, 3},
@@ -189,17 +192,18 @@ TEST(Strokes, WhatIsSeenOfAStampIsClosed) {
   raise.height = 15.5;
   wax.blend = 3;
   const std::vector<uint8_t> white(64 * 64, 255);
-  for (const char* what : {"raise", "lower", "emboss", "wax"}) {
+  for (const char* what : {"raise", "lower", "up to a limit", "emboss", "wax"}) {
     SCOPED_TRACE(what);
     Brush brush = what[0] == 'w' ? wax : raise;
     if (what[0] == 'l') brush.operations[0].amount = -1;
+    brush.limited = what[0] == 'u';
     if (what[0] == 'e') brush.image = std::make_shared<const HeightImage>(64, 64, white);
     // Its top lies so that a tile above it becomes clay through and through.
     const Version block = makeBlock(Store::make(), Grid{}, Vec3d(0, 0, -7.6), {80, 80, 20}, 0);
     BrushStroke stroke(block, std::make_shared<const Brush>(brush));
     Surface surface;
     int steps = 0;
-    for (int i = 0; i < 3; ++i) {
+    for (int i = 0; i < 5; ++i) {
       const Stamp stamp{Vec3d(3 * i, 0, 0), Vec3d(3 * i + 3, 0, 0), what[0] == 'w' ? 50.0 : 70.0};
       while (stroke.step({&stamp, 1})) {
         ++steps;

@@ -1,4 +1,4 @@
-#include "clay/brush/warp.h"
+#include "clay/whole/warp.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,0 +1,203 @@
+// Along the normals of the surface as it is now, stamp by stamp: what a stroke lays has no end.
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "clay/brush/brush_method.h"
+#include "clay/store/brick_margins.h"
+
+namespace argil::clay {
+namespace {
+
+// A part of a stamp moves the surface by this many voxels at most, and leaves as much of the band: what is known has to
+// go along with the surface.
+constexpr float kMost = 1.6f, kLeft = 1.4f;
+// A tool that the stroke has buried by no more than this, voxels, counts as standing on the clay above it.
+constexpr double kMostBuried = 16;
+// Voxels: how far a tool is lifted beyond what the stroke has laid, as it lays a little beside its middle.
+constexpr double kBeyondLaid = 2;
+// Voxels beside the surface lie within this of it. Slopes over two voxels that are less say nothing.
+constexpr float kBesideSurface = 1, kLeastSlope = 0.2f;
+// What is farther from the tool than the nearest by no more than this says where it is lifted to.
+constexpr float kAround = 2;
+// From a brick's middle to its outermost voxels.
+constexpr float kOutermost = 3.5f;
+constexpr double kGrains = 65536;
+// Of the way to the surface: steps of the distance, until it is so near.
+constexpr int kMostSteps = 32;
+constexpr float kArrived = 0.001f;
+
+class Swelling : public DistanceMethod {
+ public:
+  explicit Swelling(const StrokeContext& context)
+      : operation_(context.operation),
+        band_(context.band),
+        side_(context.operation.amount < 0 ? -1.0f : 1.0f),
+        step_(raisedByStamp(*context.brush, context.operation)),
+        most_(std::min(kMost, band_ - kLeft)) {}
+
+  double reach(const Stamp& stamp) const override { return stamp.largestRadius() + static_cast<double>(band_); }
+  Renew leaves() const override { return Renew::all; }
+
+  // All of the way, each time by less: what is beside the way rises as what is on it.
+  int parts(std::span<const Stamp> images) const override {
+    return std::max(1, static_cast<int>(std::ceil(step_ * strongest(images) / most_)));
+  }
+  std::vector<Stamp> part(std::span<const Stamp> images, int, int parts) const override {
+    std::vector<Stamp> made(images.begin(), images.end());
+    for (Stamp& each : made) each.strength /= static_cast<float>(parts);
+    return made;
+  }
+
+  std::vector<Stamp> placed(Sampler& before, std::span<const Stamp> images) const override;
+  Steps begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) override;
+  bool brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const override;
+
+ private:
+  static float strongest(std::span<const Stamp> images) {
+    float most = 0;
+    for (const Stamp& each : images) most = std::max(most, each.strength);
+    return most;
+  }
+  [[nodiscard]] Vec3d lifted(Sampler& field, const Vec3d& place) const;
+
+  Operation operation_;
+  float band_, side_;
+  float step_;       // voxels that a stamp of strength 1 moves the surface
+  float most_;       // of a part
+  double laid_ = 0;  // at most, by the stamps so far
+};
+
+// Trilinear; halves are summed pair by pair, so that mirroring changes no bit.
+float valueAt(Sampler& field, const Vec3d& place) {
+  const Vec3d floor = place.array().floor();
+  const Coord first{static_cast<int32_t>(floor.x()), static_cast<int32_t>(floor.y()), static_cast<int32_t>(floor.z())};
+  const Vec3f t = (place - floor).cast<float>();
+  float x[2], y[2];
+  for (int i = 0; i < 2; ++i) {
+    for (int j = 0; j < 2; ++j)
+      y[j] = field.voxel(first + Coord{i, j, 0}) * (1 - t.z()) + field.voxel(first + Coord{i, j, 1}) * t.z();
+    x[i] = y[0] * (1 - t.y()) + y[1] * t.y();
+  }
+  return x[0] * (1 - t.x()) + x[1] * t.x();
+}
+
+// Where the surface around the nearest point of it faces, if it is no farther than `reach`.
+std::optional<Vec3f> outwards(Sampler& field, const Vec3d& place, double reach) {
+  struct Near {
+    float distance2;
+    Coord brick;
+  };
+  std::vector<Near> bricks;
+  const auto outside = [](float middle) { return std::max(std::abs(middle) - kOutermost, 0.0f); };
+  const auto first = [](double v) { return static_cast<int32_t>(std::ceil((v - 7) / kBrickEdge)); };
+  const auto last = [](double v) { return static_cast<int32_t>(std::floor(v / kBrickEdge)); };
+  const double farthest = reach + static_cast<double>(kAround);
+  const Vec3d low = place.array() - farthest, high = place.array() + farthest;
+  for (int32_t bx = first(low.x()); bx <= last(high.x()); ++bx)
+    for (int32_t by = first(low.y()); by <= last(high.y()); ++by)
+      for (int32_t bz = first(low.z()); bz <= last(high.z()); ++bz) {
+        if (field.slot({bx, by, bz}).isTile()) continue;
+        const Vec3f middle = BrickFrame(place, {bx, by, bz}).middle;
+        const float x = outside(middle.x()), y = outside(middle.y()), z = outside(middle.z());
+        bricks.push_back({(x * x + y * y) + z * z, {bx, by, bz}});
+      }
+  std::sort(bricks.begin(), bricks.end(), [](const Near& a, const Near& b) { return a.distance2 < b.distance2; });
+  struct Facing {
+    float distance, share;
+    Vec3f normal;
+  };
+  std::vector<Facing> found;
+  auto nearest = static_cast<float>(reach);
+  for (const Near& each : bricks) {
+    if (each.distance2 > (nearest + kAround) * (nearest + kAround)) break;
+    float padded[kPaddedSize] = {};
+    gatherPadded(field, each.brick, padded);
+    const BrickFrame frame(place, each.brick);
+    for (int i = 0; i < kBrickVoxels; ++i) {
+      const int x = i >> 6, y = (i >> 3) & 7, z = i & 7, at = paddedOffset(x + 1, y + 1, z + 1);
+      if (!(std::abs(padded[at]) < kBesideSurface)) continue;
+      const Vec3f way = frame.at(x, y, z);
+      const float distance = std::sqrt((way.x() * way.x() + way.y() * way.y()) + way.z() * way.z());
+      if (!(distance < nearest + kAround)) continue;
+      nearest = std::min(nearest, distance);
+      const Vec3f slope(padded[at + 10 * kPaddedRow] - padded[at - 10 * kPaddedRow],
+                        padded[at + kPaddedRow] - padded[at - kPaddedRow], padded[at + 1] - padded[at - 1]);
+      const float length = std::sqrt((slope.x() * slope.x() + slope.y() * slope.y()) + slope.z() * slope.z());
+      if (length > kLeastSlope) found.push_back({distance, kBesideSurface - std::abs(padded[at]), slope / length});
+    }
+  }
+  // Sums of whole numbers, so that their order does not matter.
+  Eigen::Matrix<int64_t, 3, 1> sum(0, 0, 0);
+  for (const Facing& each : found) {
+    const float weight = each.share * std::max(nearest + kAround - each.distance, 0.0f);
+    sum += ((each.normal * weight).cast<double>() * kGrains).array().round().matrix().cast<int64_t>();
+  }
+  const Vec3f normal = sum.cast<float>();
+  const float length = std::sqrt((normal.x() * normal.x() + normal.y() * normal.y()) + normal.z() * normal.z());
+  return length > 0 ? std::optional<Vec3f>(normal / length) : std::nullopt;
+}
+
+// A tool that stands where the surface was belongs to the place above it.
+Vec3d Swelling::lifted(Sampler& field, const Vec3d& place) const {
+  float depth = -side_ * valueAt(field, place);
+  if (!(depth > 0)) return place;
+  const double most = laid_ + kBeyondLaid;
+  const std::optional<Vec3f> out =
+      outwards(field, place, depth < band_ ? std::min<double>(depth + kBesideSurface, most) : most);
+  if (!out) return place;
+  const Vec3d way = side_ * out->cast<double>();
+  Vec3d at = place;
+  double walked = 0;
+  for (int step = 0; step < kMostSteps && depth > kArrived; ++step) {
+    walked += static_cast<double>(depth);
+    if (walked > most) return place;
+    at = quantised(Vec3d(place + walked * way));
+    depth = -side_ * valueAt(field, at);
+  }
+  return at;
+}
+
+std::vector<Stamp> Swelling::placed(Sampler& before, std::span<const Stamp> images) const {
+  std::vector<Stamp> stamps(images.begin(), images.end());
+  if (laid_ == 0) return stamps;
+  for (Stamp& each : stamps) {
+    const bool dab = each.a == each.b;
+    each.a = lifted(before, each.a);
+    each.b = dab ? each.a : lifted(before, each.b);
+  }
+  return stamps;
+}
+
+Steps Swelling::begin(Sampler&, std::span<const Stamp> images, std::span<const Coord>) {
+  laid_ = std::min(laid_ + static_cast<double>(step_ * strongest(images)), kMostBuried);
+  co_return;
+}
+
+bool Swelling::brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const {
+  if (before.slot(coord).isTile()) return false;
+  float padded[kPaddedSize] = {};
+  gatherPadded(before, coord, padded);
+  WeighedBall balls[kMostImages];
+  const Vec3d middle = (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5);
+  size_t count = 0;
+  for (const Stamp& each : images)
+    if (segmentDistance(each, middle) < reach(each) + kHalfDiagonal)
+      balls[count++] = {sweptBall(each, coord), each.strength};
+  raiseAtFeet(padded, band_, std::span(balls, count), static_cast<int>(operation_.shape), side_ * step_, phi);
+  return true;
+}
+
+}  // namespace
+
+float raisedByStamp(const Brush& brush, const Operation& operation) {
+  return std::abs(operation.amount) * brush.height * kRaisedByStamp * static_cast<float>(brush.perStamp);
+}
+
+std::unique_ptr<DistanceMethod> makeSwelling(const StrokeContext& context) {
+  return std::make_unique<Swelling>(context);
+}
+
+}  // namespace argil::clay
