@@ -11,9 +11,8 @@
 namespace argil::clay {
 namespace {
 
-// A part of a stamp moves the surface by this many voxels at most, and leaves as much of the band: what is known has to
-// go along with the surface.
-constexpr float kMost = 1.6f, kLeft = 1.4f;
+// What a part of a stamp leaves of the band, voxels: what is known has to go along with the surface.
+constexpr float kLeft = 1.4f;
 // A tool that the stroke has buried by no more than this, voxels, counts as standing on the clay above it.
 constexpr double kMostBuried = 16;
 // Voxels: how far a tool is lifted beyond what the stroke has laid, as it lays a little beside its middle.
@@ -36,7 +35,7 @@ class Swelling : public DistanceMethod {
         band_(context.band),
         side_(context.operation.amount < 0 ? -1.0f : 1.0f),
         step_(raisedByStamp(*context.brush, context.operation)),
-        most_(std::min(kMost, band_ - kLeft)) {}
+        most_(band_ - kLeft) {}
 
   double reach(const Stamp& stamp) const override { return stamp.largestRadius() + static_cast<double>(band_); }
   Renew leaves() const override { return Renew::all; }
@@ -177,16 +176,17 @@ Steps Swelling::begin(Sampler&, std::span<const Stamp> images, std::span<const C
 }
 
 bool Swelling::brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const {
-  if (before.slot(coord).isTile()) return false;
-  float padded[kPaddedSize] = {};
-  gatherPadded(before, coord, padded);
+  const auto isBrick = [&](Coord step) { return !before.slot(coord + step).isTile(); };
+  if (!isBrick({0, 0, 0}) && std::none_of(kFaceSteps.begin(), kFaceSteps.end(), isBrick)) return false;
+  float broad[kBroadSize] = {};
+  gatherBroad(before, coord, 2, broad);
   WeighedBall balls[kMostImages];
   const Vec3d middle = (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5);
   size_t count = 0;
   for (const Stamp& each : images)
     if (segmentDistance(each, middle) < reach(each) + kHalfDiagonal)
       balls[count++] = {sweptBall(each, coord), each.strength};
-  raiseAtFeet(padded, band_, std::span(balls, count), static_cast<int>(operation_.shape), side_ * step_, phi);
+  raiseAtFeet(broad, band_, std::span(balls, count), static_cast<int>(operation_.shape), side_ * step_, phi);
   return true;
 }
 

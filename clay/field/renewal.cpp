@@ -80,13 +80,12 @@ void distancesOfFeet(const float* broad, const uint64_t* frozen, float least, fl
   }
 }
 
-// Whether a brick and all that it shares a face with are tiles of one kind, so that nothing is known there yet.
+}  // namespace
+
 bool isAmongTiles(Sampler& field, Coord brick, Slot slot) {
   return slot.isTile() && std::all_of(kFaceSteps.begin(), kFaceSteps.end(),
                                       [&](Coord step) { return field.slot(brick + step) == slot; });
 }
-
-}  // namespace
 
 void Renewal::begin(size_t i, const float* broad, Renew how, ChannelSlot mask, float known) {
   float padded[kPaddedSize] = {}, near[kPaddedSize], wide[kWideSize];

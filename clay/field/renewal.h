@@ -7,6 +7,7 @@
 #include "clay/field/jacobi_solver.h"
 #include "clay/field/redistance.h"
 #include "clay/store/editor.h"
+#include "clay/store/sampler.h"
 
 namespace argil::clay {
 
@@ -21,7 +22,7 @@ class Renewal {
   /// `broad`: the field of brick `i` and four voxels around it. What `mask` covers whole keeps its distance, and so
   /// does what is nearer to the surface than `known`.
   void begin(size_t i, const float* broad, Renew how, ChannelSlot mask = {}, float known = 0);
-  /// The same for a tile among tiles of its kind.
+  /// The same where isAmongTiles().
   void beginUnknown(size_t i, Tile tile);
   void run(const Redistancing& options = {});
   /// The 512 distances of brick `i` without their signs, `band` at most; and those of two voxels around it too, by
@@ -33,6 +34,10 @@ class Renewal {
   float band_;
   JacobiSolver<2> solver_;
 };
+
+/// Whether a brick, which is `slot`, and all that it shares a face with are tiles of one kind, so that nothing is known
+/// there yet.
+[[nodiscard]] bool isAmongTiles(Sampler& field, Coord brick, Slot slot);
 
 /// What redistancePart() does where a `renew` is Renew::all.
 std::vector<SettledBrick> renewDistances(const Sampler& before, Editor& editor, std::span<const Coord> coords,

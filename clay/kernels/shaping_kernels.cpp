@@ -218,37 +218,63 @@ void Weights(const SweptBall& b, int shape, float strength, const float* foot, f
   });
 }
 
-void RaiseAtFeet(const float* padded, float band, std::span<const WeighedBall> balls, int shape, float gain,
+void RaiseAtFeet(const float* broad, float band, std::span<const WeighedBall> balls, int shape, float gain,
                  float* phi) {
+  constexpr int kAxes[3] = {16 * kBroadRow, kBroadRow, 1};
   const RowTag d;
-  const Row zero = hn::Zero(d), edge = hn::Set(d, band), least = hn::Set(d, 1e-4f);
+  const Row zero = hn::Zero(d), one = hn::Set(d, 1.0f), edge = hn::Set(d, band), least = hn::Set(d, 1e-4f);
+  const Row side = hn::Set(d, gain < 0 ? -1.0f : 1.0f);
+  const auto isKnown = [&](Row value) { return hn::Lt(hn::Abs(value), edge); };
   forRows([&](int voxel) {
-    const int at = paddedOffset((voxel >> 6) + 1, ((voxel >> 3) & 7) + 1, (voxel & 7) + 1);
-    const Row u = hn::LoadU(d, padded + at), twice = hn::Add(u, u);
-    const auto known = hn::Lt(hn::Abs(u), edge);
-    if (hn::AllFalse(d, known)) return hn::StoreU(u, d, phi + voxel);
+    const int at = broadOffset((voxel >> 6) + 4, ((voxel >> 3) & 7) + 4, (voxel & 7) + 4);
+    const Row own = hn::LoadU(d, broad + at);
+    const auto unknown = hn::Ge(hn::Mul(side, own), edge);
+    auto known = isKnown(own);
+    Row u = own;
+    if (!hn::AllFalse(d, unknown)) {
+      // Next to what is known: on as the two voxels along an axis go, the mean of all that say something.
+      Row sum = zero, count = zero;
+      for (const int axis : kAxes) {
+        const auto along = [&](int step, Row& there) {
+          const Row near = hn::LoadU(d, broad + at + step), far = hn::LoadU(d, broad + at + 2 * step);
+          const auto both = hn::And(isKnown(near), isKnown(far));
+          there = hn::IfThenElseZero(both, one);
+          return hn::IfThenElseZero(both, hn::Sub(hn::Add(near, near), far));
+        };
+        Row below, above;
+        const Row fromBelow = along(-axis, below), fromAbove = along(axis, above);
+        sum = hn::Add(sum, hn::Add(fromBelow, fromAbove));
+        count = hn::Add(count, hn::Add(below, above));
+      }
+      const auto told = hn::And(unknown, hn::Gt(count, zero));
+      const Row mean = hn::Mul(side, hn::Max(hn::Mul(side, hn::Div(sum, hn::Max(count, one))), edge));
+      u = hn::IfThenElse(told, mean, own);
+      known = hn::Or(known, told);
+    }
+    if (hn::AllFalse(d, known)) return hn::StoreU(own, d, phi + voxel);
     // Where one side is not known the other one's difference goes on.
-    const auto slope = [&](int step) {
-      const Row before = hn::LoadU(d, padded + at - step), after = hn::LoadU(d, padded + at + step);
-      const Row low = hn::IfThenElse(hn::Ge(hn::Abs(before), edge), hn::Sub(twice, after), before);
-      const Row high = hn::IfThenElse(hn::Ge(hn::Abs(after), edge), hn::Sub(twice, before), after);
-      return hn::Sub(high, low);
-    };
-    const Row gx = slope(10 * kPaddedRow), gy = slope(kPaddedRow), gz = slope(1);
-    const Row length2 = hn::Add(hn::Add(hn::Mul(gx, gx), hn::Mul(gy, gy)), hn::Mul(gz, gz));
+    const Row twice = hn::Add(u, u);
+    Row way[3], length2 = zero;
+    for (int k = 0; k < 3; ++k) {
+      const Row before = hn::LoadU(d, broad + at - kAxes[k]), after = hn::LoadU(d, broad + at + kAxes[k]);
+      const Row low = hn::IfThenElse(isKnown(before), before, hn::Sub(twice, after));
+      const Row high = hn::IfThenElse(isKnown(after), after, hn::Sub(twice, before));
+      way[k] = hn::Sub(high, low);
+      length2 = hn::Add(length2, hn::Mul(way[k], way[k]));
+    }
     const Row scale =
         hn::IfThenElse(hn::Gt(length2, least), hn::Neg(hn::Div(u, hn::Sqrt(hn::Max(length2, least)))), zero);
-    const Row x = hn::Mul(gx, scale), y = hn::Mul(gy, scale), z = hn::Mul(gz, scale);
+    for (Row& each : way) each = hn::Mul(each, scale);
     Row weight = zero;
     for (const WeighedBall& each : balls) {
       const SweptBall& b = each.ball;
-      const Row vx = hn::Add(hn::Set(d, static_cast<float>(voxel >> 6) - 3.5f - b.ax), x);
-      const Row vy = hn::Add(hn::Set(d, static_cast<float>((voxel >> 3) & 7) - 3.5f - b.ay), y);
-      const Row vz = hn::Add(hn::Sub(hn::Iota(d, static_cast<float>(voxel & 7) - 3.5f), hn::Set(d, b.az)), z);
-      weight = hn::Max(weight, hn::Mul(weightAt(b, shape, vx, vy, vz), hn::Set(d, each.strength)));
+      const Row x = hn::Add(hn::Set(d, static_cast<float>(voxel >> 6) - 3.5f - b.ax), way[0]);
+      const Row y = hn::Add(hn::Set(d, static_cast<float>((voxel >> 3) & 7) - 3.5f - b.ay), way[1]);
+      const Row z = hn::Add(hn::Sub(hn::Iota(d, static_cast<float>(voxel & 7) - 3.5f), hn::Set(d, b.az)), way[2]);
+      weight = hn::Max(weight, hn::Mul(weightAt(b, shape, x, y, z), hn::Set(d, each.strength)));
     }
     const Row raised = hn::Sub(u, hn::Mul(weight, hn::Set(d, gain)));
-    hn::StoreU(hn::IfThenElse(known, raised, u), d, phi + voxel);
+    hn::StoreU(hn::IfThenElse(known, raised, own), d, phi + voxel);
   });
 }
 
@@ -392,9 +418,9 @@ void surfaceParts(const float* padded, const float* weight, const float (&origin
 void footWeights(const SweptBall& ball, int shape, float strength, const float* foot, float* weight) noexcept {
   HWY_DYNAMIC_DISPATCH(Weights)(ball, shape, strength, foot, weight);
 }
-void raiseAtFeet(const float* padded, float band, std::span<const WeighedBall> balls, int shape, float gain,
+void raiseAtFeet(const float* broad, float band, std::span<const WeighedBall> balls, int shape, float gain,
                  float* phi) noexcept {
-  HWY_DYNAMIC_DISPATCH(RaiseAtFeet)(padded, band, balls, shape, gain, phi);
+  HWY_DYNAMIC_DISPATCH(RaiseAtFeet)(broad, band, balls, shape, gain, phi);
 }
 bool raiseHeights(const float* weight, float gain, float limit, const uint64_t* mask, float* height) noexcept {
   return HWY_DYNAMIC_DISPATCH(Heights)(weight, gain, limit, mask, height);

@@ -33,15 +33,6 @@ void wideFeet(const float* wide, uint64_t rows, float* foot, float (&box)[2][3])
 /// wide: a step within one voxel could not be told from a step elsewhere in it.
 void footWeights(const SweptBall& ball, int shape, float strength, const float* foot, float* weight) noexcept;
 
-struct WeighedBall {
-  SweptBall ball;
-  float strength;
-};
-/// φ − gain · weight, the largest of the balls' weights (falloff · strength, as footWeights) at each voxel's nearest
-/// point of the surface, where |φ| < `band`; elsewhere φ. `padded`: the field with one voxel around the brick.
-void raiseAtFeet(const float* padded, float band, std::span<const WeighedBall> balls, int shape, float gain,
-                 float* phi) noexcept;
-
 /// height = min(height + gain · weight, limit) where a bit of `mask` is set and the weight is not zero; no height is
 /// above the limit. Whether any changed.
 bool raiseHeights(const float* weight, float gain, float limit, const uint64_t* mask, float* height) noexcept;
@@ -66,6 +57,16 @@ inline constexpr int kBroadSize = 16 * 16 * kBroadRow + 16;
 inline constexpr int broadOffset(int x, int y, int z) {
   return (x * 16 + y) * kBroadRow + z;
 }
+
+struct WeighedBall {
+  SweptBall ball;
+  float strength;
+};
+/// φ − gain · weight, the largest of the balls' weights (falloff · strength, as footWeights) at each voxel's nearest
+/// point of the surface, where |φ| < `band`, and beside that on the side that the surface moves to (above zero where
+/// `gain` is); elsewhere φ. `broad` needs two voxels around the brick.
+void raiseAtFeet(const float* broad, float band, std::span<const WeighedBall> balls, int shape, float gain,
+                 float* phi) noexcept;
 
 /// Where redistancing by widePass begins, from a brick and at least two voxels around it: the field around the brick as
 /// far as it is known (|φ| < `band`), inside it `near` (by paddedOffset) at frozen voxels, with the field's sign; what
