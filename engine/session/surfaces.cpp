@@ -48,7 +48,7 @@ clay::SurfaceDelta Surfaces::merge(std::vector<clay::SurfaceDelta>& deltas) {
 
 clay::SurfaceDelta Surfaces::Followed::update(const clay::Version& to, int threads, bool keepBefore) {
   clay::SurfaceDelta delta = surface.update(to, threads, keepBefore);
-  if (thin) thin->follow(surface, delta, threads);
+  if (checks) checks->follow(surface, delta, threads);
   version = to;
   return delta;
 }
@@ -109,7 +109,10 @@ void Surfaces::follow(const Document& document, int64_t oldestSampleNs, int thre
   for (size_t i = 0; i < seen_.size(); ++i) {
     if (document.pieces[i].id == document.active) seenPlace_ = i;
     // An address is enough: what is followed is held.
-    if (seen_[i].record && seen_[i].record == document.pieces[i].version.record()) continue;
+    const Piece& piece = document.pieces[i];
+    if (seen_[i].record && seen_[i].record == piece.version.record() &&
+        seen_[i].rotation.coeffs() == piece.pose.rotation.coeffs())
+      continue;
     followPlace(document, i, oldestSampleNs != 0, threads, failure);
     all = all && (seen_[i].record || i == seenPlace_);
   }
@@ -123,7 +126,7 @@ void Surfaces::followPlace(const Document& document, size_t place, bool stroke, 
   seen_[place].record = nullptr;
   if (failedNow_.contains(piece.id)) return;
   try {
-    if (followOne(piece, stroke, threads)) seen_[place].record = piece.version.record();
+    if (followOne(piece, stroke, threads)) seen_[place] = {piece.id, piece.version.record(), piece.pose.rotation};
   } catch (...) {
     // Half a surface is none: it comes whole when it comes again.
     followed_.erase(piece.id);
@@ -144,7 +147,8 @@ bool Surfaces::followOne(const Piece& piece, bool stroke, int threads) {
   std::unique_ptr<Followed>& followed = followed_[piece.id];
   if (followed && followed->away != 0) return false;
   const bool fresh = !followed;
-  if (!fresh && followed->version == piece.version) return true;
+  const auto turned = [&] { return followed->checks && followed->checks->turn(piece.pose.rotation); };
+  if (!fresh && followed->version == piece.version && !turned()) return true;
   // Bricks of another store or grid do not replace those of the one before.
   const bool whole = fresh || !followed->version || followed->version.store() != piece.version.store() ||
                      !(followed->version.grid() == piece.version.grid());
@@ -158,7 +162,7 @@ bool Surfaces::followOne(const Piece& piece, bool stroke, int threads) {
     old = std::exchange(followed, nothingYet());
   }
   if (old) letGo(std::move(old));
-  if (followed->version != piece.version) {
+  if (turned() || followed->version != piece.version) {
     const bool nothing = !followed->version;
     uint64_t bricks = 0;
     if (nothing) {
@@ -290,9 +294,9 @@ void Surfaces::setGrade(clay::Grade grade) {
   forget();
 }
 
-void Surfaces::setThin(const std::optional<ThinLimits>& limits) {
-  if (limits == thin_) return;
-  thin_ = limits;
+void Surfaces::setChecks(const std::optional<CheckLimits>& limits) {
+  if (limits == checks_) return;
+  checks_ = limits;
   forget();
 }
 
@@ -305,7 +309,7 @@ std::shared_ptr<Surfaces::Prepared> Surfaces::prepare(const clay::Version& versi
 }
 
 std::shared_ptr<Surfaces::Prepared> Surfaces::takePrepared(const clay::Version& version, bool whole) {
-  if (thin_) return nullptr;  // what is prepared has no walls measured
+  if (checks_) return nullptr;  // what is prepared has no walls measured
   const std::lock_guard lock(mutex_);
   const auto [begin, end] = prepared_.equal_range(version.store().get());
   auto found = end;

@@ -16,7 +16,7 @@
 
 #include "clay/surface/surface.h"
 #include "engine/document/document.h"
-#include "engine/print/thin_paint.h"
+#include "engine/print/check_paint.h"
 
 namespace argil::engine {
 
@@ -52,9 +52,9 @@ class Surfaces {
   /// Of all surfaces from the next follow() on, which gives every piece whole. The edit thread's.
   void setGrade(clay::Grade grade);
   [[nodiscard]] clay::Grade grade() const { return grade_; }
-  /// What is thin is coloured from the next follow() on, which gives every piece whole; none: nothing. The edit
-  /// thread's.
-  void setThin(const std::optional<ThinLimits>& limits);
+  /// What is too thin, or has too little draft, is coloured from the next follow() on, which gives every piece whole;
+  /// none: nothing. The edit thread's.
+  void setChecks(const std::optional<CheckLimits>& limits);
 
   class Prepared;
   /// Extracts a large new clay before it becomes a piece, so that follow() shows both at once: when a piece with this
@@ -82,10 +82,10 @@ class Surfaces {
     std::vector<clay::SurfaceDelta> deltas;
   };
   struct Followed {
-    Followed(clay::Grade grade, const std::optional<ThinLimits>& limits) : surface(true, grade), thin(limits) {}
+    Followed(clay::Grade grade, const std::optional<CheckLimits>& limits) : surface(true, grade), checks(limits) {}
     clay::SurfaceDelta update(const clay::Version& to, int threads, bool keepBefore = false);
     clay::Surface surface;
-    std::optional<ThinPaint> thin;
+    std::optional<CheckPaint> checks;
     clay::Version version;
     uint64_t away = 0;  // names the helper's task that has the surface; 0: it is here
   };
@@ -102,7 +102,8 @@ class Surfaces {
   };
   struct Seen {
     Id piece = 0;
-    const clay::VersionRecord* record = nullptr;  // that is followed; null: look closer
+    const clay::VersionRecord* record = nullptr;                   // that is followed; null: look closer
+    Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();  // of the piece then
   };
   void takeArrived(std::exception_ptr& failure);
   void followPlace(const Document& document, size_t place, bool stroke, int threads, std::exception_ptr& failure);
@@ -115,10 +116,10 @@ class Surfaces {
   [[nodiscard]] std::shared_ptr<Prepared> takePrepared(const clay::Version& version, bool whole);
   static clay::SurfaceDelta merge(std::vector<clay::SurfaceDelta>& deltas);
 
-  [[nodiscard]] std::unique_ptr<Followed> nothingYet() { return std::make_unique<Followed>(grade_.load(), thin_); }
+  [[nodiscard]] std::unique_ptr<Followed> nothingYet() { return std::make_unique<Followed>(grade_.load(), checks_); }
 
   std::atomic<clay::Grade> grade_{clay::Grade::draft};
-  std::optional<ThinLimits> thin_;
+  std::optional<CheckLimits> checks_;
   std::map<Id, std::unique_ptr<Followed>> followed_;
   std::unordered_set<Id> failedNow_;  // what the helper could not extract, as the follow() that runs has learnt
   std::unordered_set<Id> shown_;      // what was delivered and not taken back: it may be in the picture

@@ -76,10 +76,10 @@ void Workbench::setSurface(clay::Grade grade) {
                 });
 }
 
-void Workbench::showThin(const std::optional<ThinLimits>& limits) {
+void Workbench::showChecks(const std::optional<CheckLimits>& limits) {
   state_->post(
       [s = state_.get(), limits] {
-        s->surfaces.setThin(limits);
+        s->surfaces.setChecks(limits);
         s->surfaces.follow(*s->session->document(), 0, s->options.surfaceThreads);
       },
       false);

@@ -125,7 +125,7 @@ class Workbench {
   /// are ready.
   void setSurface(clay::Grade grade);
   /// What is thinner than this is coloured on all surfaces, from now on and while strokes go on; none: nothing is.
-  void showThin(const std::optional<ThinLimits>& limits);
+  void showChecks(const std::optional<CheckLimits>& limits);
   [[nodiscard]] std::vector<Message> takeMessages();
   /// A mesh that was read and is being made clay, to be shown meanwhile; null when there is none. World mm.
   [[nodiscard]] std::shared_ptr<const clay::TriangleMesh> preview() const;

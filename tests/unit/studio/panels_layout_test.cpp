@@ -5,6 +5,8 @@
 #include <set>
 #include <tuple>
 
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
 #include "panels_rig.h"
 #include "ui3d/studio/kit/layout.h"
 #include "ui3d/studio/kit/theme.h"
@@ -255,6 +257,41 @@ TEST(PanelsLayout, AFoldedPanelOpensOverTheClayAndFoldsAgain) {
   rig.frames(2);
   EXPECT_FALSE(seen()) << "by a click beside it";
   EXPECT_TRUE(rig.state.shown.things) << "in a larger window it stands where it stood";
+}
+
+// What is over the clay works as it does in its place: it is looked for what stands in the way of printing, and what is
+// felt is drawn all the time.
+TEST(PanelsLayout, WhatOpensOverTheClayIsAtWork) {
+  for (const bool folded : {false, true}) {
+    SCOPED_TRACE(folded);
+    const float width = folded ? 1000 : 2200, height = folded ? 700 : 1400;
+    PanelsRig rig(width, height);
+    rig.state.foldPanels = folded;
+    rig.state.shown.print = rig.state.shown.touch = rig.state.shown.firstStart = false;
+    rig.edit("a ball", [](engine::Document& document) {
+      engine::Piece piece;
+      piece.version = clay::makeSphere(clay::Store::make(), clay::Grid{}, Vec3d::Zero(), 10);
+      document.active = document.add(std::move(piece));
+    });
+    rig.until([&] { return !rig.panels->moves(); }, "at rest");
+    const auto turn = [&](const char* id) {
+      const Layout layout =
+          layOut(width, height, rig.state.shown, toolGroups(), rig.state.over, folded ? kClayPart : kLeastClayPart);
+      ASSERT_EQ(layout.folded(findPanel(id)->dock), folded);
+      turnPanel(layout, rig.state, *findPanel(id));
+      rig.frames(3);
+    };
+    turn("print");
+    EXPECT_TRUE(rig.panels->moves()) << "something is to come";
+    rig.until([&] { return !rig.panels->moves(); }, "looked at");
+    turn("print");
+    turn("touch");
+    EXPECT_TRUE(rig.panels->moves());
+    rig.frames(200);
+    EXPECT_TRUE(rig.panels->moves());
+    turn("touch");
+    EXPECT_FALSE(rig.panels->moves());
+  }
 }
 
 TEST(PanelsLayout, TheFreeMiddleIsWhatIsLeft) {

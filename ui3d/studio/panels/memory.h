@@ -16,7 +16,9 @@
 #include "engine/document/jobs.h"
 #include "engine/models/import_place.h"
 #include "engine/plugins/plugins.h"
+#include "engine/print/check_paint.h"
 #include "engine/print/print_check.h"
+#include "engine/print/pull_check.h"
 #include "engine/tools/piece_cost.h"
 #include "haptics/devices/registry.h"
 #include "render/view/image.h"
@@ -108,6 +110,7 @@ struct PluginsPage {
 struct PrintPage {
   struct Result {
     std::optional<engine::PrintReport> report;
+    std::optional<engine::PullReport> pull;  ///< Of what is cast; places as the piece lies.
     std::string problem;
   };
   clay::Version seen;  ///< The clay, and since when it is that.
@@ -115,9 +118,10 @@ struct PrintPage {
   clay::Version version;  ///< What is looked at, or was.
   haptics::Pose pose;
   engine::PrintProcess process;
+  std::optional<engine::DraftLimit> draft;
   std::shared_ptr<Result> result, shown;
   engine::PrintProcess shownOf;
-  std::optional<engine::ThinLimits> told;      ///< What the workbench colours.
+  std::optional<engine::CheckLimits> told;     ///< What the workbench colours.
   std::unique_ptr<engine::BackgroundJob> job;  ///< Last: it fills the result.
 };
 

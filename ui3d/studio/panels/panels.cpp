@@ -128,7 +128,7 @@ void hear(Context& context, Memory& memory) {
     memory.said.push_back({std::move(message), context.timeS, false});
   }
   while (memory.said.size() > kMost) memory.said.pop_front();
-  memory.touch = context.bench.touch(context.state.shown.touch);
+  memory.touch = context.bench.touch(isSeen(memory.layout, context.state, *findPanel("touch")));
   // What was just made is what the hand works on next.
   if (std::exchange(memory.madeSeen, context.now.madeCount) < context.now.madeCount &&
       context.now.document->thing(context.now.made))
@@ -153,8 +153,8 @@ Panels::~Panels() = default;
 void Panels::draw(Context& context) {
   Memory& memory = *state_;
   // A tooltip waits for a hand at rest; a cursor blinks.
-  memory.moves = context.state.shown.touch || ImGui::GetIO().WantTextInput || ImGui::IsAnyItemHovered() ||
-                 ImGui::IsAnyItemActive();
+  memory.moves = isSeen(memory.layout, context.state, *findPanel("touch")) || ImGui::GetIO().WantTextInput ||
+                 ImGui::IsAnyItemHovered() || ImGui::IsAnyItemActive();
   hear(context, memory);
   followPrint(context, memory);
   serveWishes(context, memory);

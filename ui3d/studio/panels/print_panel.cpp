@@ -6,6 +6,7 @@
 #include <array>
 
 #include "clay/base/error.h"
+#include "clay/surface/surface.h"
 #include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/panels/memory.h"
 #include "ui3d/studio/view/camera.h"
@@ -19,12 +20,29 @@ using engine::PrintReport;
 constexpr double kRestS = 0.4;      // of the clay, before it is looked at
 constexpr size_t kMostPlaces = 12;  // of a kind that are listed
 constexpr double kLookMm = 6;       // around a place that the camera goes to
+constexpr double kUneven = 0.1;     // voxels that a wall may be uneven by and is no undercut
 
 PrintProcess processOf(const PrintChoice& choice) {
   PrintProcess process = engine::printProcesses()[size_t(choice.process)];
   process.wallMm = choice.wallMm;
   process.gapMm = choice.gapMm;
   return process;
+}
+
+std::optional<engine::DraftLimit> draftOf(const PrintChoice& choice) {
+  if (choice.pull == 0) return std::nullopt;
+  return engine::DraftLimit{Vec3d::Unit(choice.pull - 1), choice.draftDegrees};
+}
+
+// What is in the way of a mould, of the piece as it lies.
+engine::PullReport pulled(const clay::Version& version, const haptics::Pose& pose, const engine::DraftLimit& draft,
+                          Job& job) {
+  clay::Surface surface(false);
+  surface.update(version);
+  engine::PullReport report = engine::checkPull(surface.toMesh(), kUneven * version.grid().voxelMm,
+                                                Vec3d(pose.rotation.conjugate() * draft.pull), draft.degrees, &job);
+  for (engine::Undercut& each : report.undercuts) each.atMm = pose.apply(each.atMm);
+  return report;
 }
 
 bool alike(const PrintProcess& a, const PrintProcess& b) {
@@ -35,13 +53,16 @@ bool alike(const haptics::Pose& a, const haptics::Pose& b) {
 }
 
 // Begins anew when something else is to be looked at; what is under way then is not waited for.
-void follow(const Context& context, Memory& memory, const engine::Piece& piece, const PrintProcess& process) {
+void follow(const Context& context, Memory& memory, const engine::Piece& piece, const PrintProcess& process,
+            const std::optional<engine::DraftLimit>& draft) {
   PrintPage& page = memory.print;
   if (page.seen != piece.version) {
     page.seen = piece.version;
     page.seenAtS = context.timeS;
   }
-  if (page.version == piece.version && alike(page.pose, piece.pose) && alike(page.process, process)) return;
+  if (page.version == piece.version && alike(page.pose, piece.pose) && alike(page.process, process) &&
+      page.draft == draft)
+    return;
   if (context.timeS - page.seenAtS < kRestS) return;
   if (page.job) {
     page.job->job().cancel();
@@ -50,11 +71,13 @@ void follow(const Context& context, Memory& memory, const engine::Piece& piece, 
   page.version = piece.version;
   page.pose = piece.pose;
   page.process = process;
+  page.draft = draft;
   page.result = std::make_shared<PrintPage::Result>();
   page.job = std::make_unique<engine::BackgroundJob>(
-      [result = page.result, version = piece.version, pose = piece.pose, process](Job& job) {
+      [result = page.result, version = piece.version, pose = piece.pose, process, draft](Job& job) {
         try {
           result->report = engine::checkPrint(version, pose, process, &job);
+          if (draft) result->pull = pulled(version, pose, *draft, job);
         } catch (const Cancelled&) {
           throw;
         } catch (const std::exception& error) {
@@ -113,6 +136,17 @@ void list(Context& context, const PrintProcess& process, const PrintReport& repo
                c.dim);
 }
 
+void list(Context& context, const engine::PullReport& report) {
+  const Colours& c = colours();
+  const auto& undercuts = report.undercuts;
+  kit::fact("Undercuts", undercuts.empty() ? "none" : std::to_string(undercuts.size()),
+            undercuts.empty() ? 0 : c.warning);
+  for (size_t i = 0; i < std::min(kMostPlaces, undercuts.size()); ++i)
+    place(context, undercuts[i].atMm, kit::written(undercuts[i].areaMm2) + " mm²");
+  kit::fact("Too little draft", report.steepMm2 > 0 ? kit::written(report.steepMm2) + " mm²" : "none",
+            report.steepMm2 > 0 ? c.warning : 0);
+}
+
 }  // namespace
 
 void printPanel(Context& context, Memory& memory) {
@@ -129,6 +163,12 @@ void printPanel(Context& context, Memory& memory) {
   kit::number({"gap", "Gaps", "Narrower ones are filled.", "mm", 0.05, 20, standard.gapMm, true}, choice.gapMm);
   kit::toggle("Show on the clay", choice.shown,
               "Thin walls red to yellow, narrow gaps violet to blue, as the clay is worked on.");
+  constexpr std::array<std::string_view, 4> kPulls{"not cast", "along X", "along Y", "along Z"};
+  kit::choice("From a mould", kPulls, choice.pull,
+              "Two halves come off along this axis. Faces with too little draft are green.");
+  if (choice.pull != 0)
+    kit::number({"draft", "Draft", "Faces nearer to the axis than this stick.", "°", 0.1, 45, 2, true},
+                choice.draftDegrees);
 
   kit::heading("In its way");
   PrintPage& page = memory.print;
@@ -138,7 +178,7 @@ void printPanel(Context& context, Memory& memory) {
   if (piece == document.pieces.end() || !piece->version || piece->version.stats().bricks == 0)
     return kit::wrapped("There is no clay to look at.", colours().dim);
   const PrintProcess process = processOf(choice);
-  follow(context, memory, *piece, process);
+  follow(context, memory, *piece, process, draftOf(choice));
   if (page.job && page.job->done()) {
     page.shown = page.result;
     page.shownOf = page.process;
@@ -148,11 +188,12 @@ void printPanel(Context& context, Memory& memory) {
   if (!page.shown) return;
   if (!page.shown->problem.empty()) return kit::wrapped(kit::sentence(page.shown->problem), colours().warning);
   if (page.shown->report) list(context, page.shownOf, *page.shown->report);
+  if (page.shown->pull) list(context, *page.shown->pull);
 }
 
 void followPrint(Context& context, Memory& memory) {
   PrintPage& page = memory.print;
-  if (context.state.shown.print) {
+  if (isSeen(memory.layout, context.state, *findPanel("print"))) {
     memory.moves = memory.moves || page.job || context.timeS - page.seenAtS < 2 * kRestS;  // there is something to come
   } else if (page.seen) {
     // Nobody looks, and clay that is worked on no more is not kept for this.
@@ -164,10 +205,14 @@ void followPrint(Context& context, Memory& memory) {
     page.result = page.shown = nullptr;
   }
   const PrintChoice& choice = context.state.print;
-  std::optional<engine::ThinLimits> limits;
-  if (choice.shown) limits = engine::ThinLimits{choice.wallMm, choice.gapMm};
+  std::optional<engine::CheckLimits> limits;
+  if (choice.shown) limits = engine::CheckLimits{choice.wallMm, choice.gapMm};
+  if (choice.pull != 0) {
+    if (!limits) limits.emplace();
+    limits->draft = draftOf(choice);
+  }
   if (limits == memory.print.told || ImGui::IsMouseDown(ImGuiMouseButton_Left)) return;  // a drag goes on
-  context.bench.showThin(memory.print.told = limits);
+  context.bench.showChecks(memory.print.told = limits);
 }
 
 }  // namespace argil::studio

@@ -72,6 +72,8 @@ struct PrintChoice {
   int process = 0;  ///< Of engine::printProcesses().
   double wallMm = 1, gapMm = 0.5;
   bool shown = false;  ///< What is thinner is coloured.
+  int pull = 0;        ///< Taken out of a mould along x, y, z: 1 to 3; 0: not cast.
+  double draftDegrees = 2;
 };
 
 struct StudioState {

@@ -1,11 +1,13 @@
-// Thin walls and narrow gaps as colours: as a picture has them after every stroke, beside a fresh measure of the clay.
+// Thin walls, narrow gaps and too little draft as colours: as a picture has them after every stroke, beside a fresh
+// measure of the clay.
 
-#include "engine/print/thin_paint.h"
+#include "engine/print/check_paint.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <map>
+#include <numbers>
 
 #include "clay/brush/brush.h"
 #include "clay/field/primitives.h"
@@ -52,8 +54,14 @@ class Painted {
       for (const clay::VertexPaint& each : vertices) count += each.cover > 0;
     return count;
   }
+  [[nodiscard]] size_t greens() const {
+    size_t count = 0;
+    for (const auto& [brick, vertices] : paint_)
+      for (const clay::VertexPaint& each : vertices) count += each.cover > 0 && each.green > each.red;
+    return count;
+  }
   // Beside a fresh measure; of how many vertices something is thin.
-  size_t expectAsFresh(const Version& version, const ThinLimits& limits) const {
+  size_t expectAsFresh(const Version& version, const CheckLimits& limits) const {
     clay::Surface surface;
     clay::WallMap map(limits.wallMm / kVoxel, limits.gapMm / kVoxel);
     map.follow(surface.update(version), 1);
@@ -80,8 +88,8 @@ class Painted {
   std::map<Coord, std::vector<clay::VertexPaint>> paint_;
 };
 
-TEST(ThinPaint, FollowsEveryStrokeAndGoesWhenItIsSwitchedOff) {
-  const ThinLimits limits{1, 0.6};
+TEST(CheckPaint, FollowsEveryStrokeAndGoesWhenItIsSwitchedOff) {
+  const CheckLimits limits{1, 0.6};
   Document document;
   Piece piece;
   piece.version = clay::combine(block({0, 0, 2}, {30, 20, 4}), block({5, 0, 9}, {1.5, 20, 12}), Combination::join);
@@ -91,7 +99,7 @@ TEST(ThinPaint, FollowsEveryStrokeAndGoesWhenItIsSwitchedOff) {
   surfaces.follow(document, 0);
   picture.take(surfaces);
   EXPECT_EQ(picture.said, 0u) << "nothing is measured where nobody asks";
-  surfaces.setThin(limits);
+  surfaces.setChecks(limits);
   surfaces.follow(document, 0);
   picture.take(surfaces);
   EXPECT_EQ(picture.expectAsFresh(document.pieces[0].version, limits), 0u);
@@ -109,14 +117,66 @@ TEST(ThinPaint, FollowsEveryStrokeAndGoesWhenItIsSwitchedOff) {
   }
   EXPECT_GT(most, 100u);
   EXPECT_GT(picture.covered(), 0u);
-  surfaces.setThin(std::nullopt);
+  surfaces.setChecks(std::nullopt);
   surfaces.follow(document, 0);
   picture.take(surfaces);
   EXPECT_EQ(picture.covered(), 0u);
 }
 
-TEST(ThinPaint, WhatIsPaintedComesBackWhereItIsThinNoMore) {
-  const ThinLimits limits{1, 0};
+// Faces of a block along the pull, and of a stroke in it; as the piece is turned, and only then.
+TEST(CheckPaint, FacesWithTooLittleDraftAreShownHoweverAPieceIsTurned) {
+  Document document;
+  Piece piece;
+  piece.version = block({0, 0, 0}, {20, 14, 8});
+  document.add(std::move(piece));
+  Surfaces surfaces;
+  Painted picture;
+  surfaces.setChecks(CheckLimits{0, 0, DraftLimit{Vec3d::UnitZ(), 5}});
+  const auto expected = [&](const Vec3d& pull) {
+    clay::Surface surface;
+    surface.update(document.pieces[0].version);
+    size_t count = 0;
+    surface.forEach([&](const clay::BrickMesh& mesh) {
+      for (const clay::PackedNormal each : mesh.normals)
+        count += std::abs(each.unpack().cast<double>().dot(pull)) < std::sin(5 * std::numbers::pi / 180);
+    });
+    return count;
+  };
+  const auto follow = [&] {
+    surfaces.follow(document, 0);
+    picture.take(surfaces);
+    return picture.covered();
+  };
+  const size_t sides = follow();
+  EXPECT_EQ(sides, expected(Vec3d::UnitZ()));
+  EXPECT_GT(sides, 4000u);
+  EXPECT_EQ(picture.greens(), sides);
+  // A cut with steep walls.
+  clay::BrushStroke stroke(document.pieces[0].version, clay::Brush::of(clay::Method::carve));
+  const Vec3d at = document.pieces[0].version.grid().toVoxel(Vec3d(3, 2, 3));
+  stroke.apply({at, at + Vec3d(0, 0, 30), 8, 1});
+  document.pieces[0].version = stroke.finish();
+  EXPECT_EQ(follow(), expected(Vec3d::UnitZ()));
+  EXPECT_NE(picture.covered(), sides);
+  document.pieces[0].pose.rotation = Eigen::AngleAxisd(std::numbers::pi / 2, Vec3d::UnitY());
+  EXPECT_EQ(follow(), expected(Vec3d::UnitX()));
+  const size_t said = picture.said;
+  follow();
+  document.pieces[0].pose.translation = Vec3d(3, 4, 5);
+  follow();
+  EXPECT_EQ(picture.said, said) << "what was not turned shows the same";
+  // Walls come before draft: those of 8 mm that stand along the pull are red, those of 14 mm stay green.
+  const size_t before = picture.covered();
+  surfaces.setChecks(CheckLimits{10, 0, DraftLimit{Vec3d::UnitZ(), 5}});
+  EXPECT_GE(follow(), before);
+  EXPECT_GT(picture.greens(), before / 10);
+  EXPECT_LT(picture.greens(), before / 2);
+  surfaces.setChecks(std::nullopt);
+  EXPECT_EQ(follow(), 0u);
+}
+
+TEST(CheckPaint, WhatIsPaintedComesBackWhereItIsThinNoMore) {
+  const CheckLimits limits{1, 0};
   auto brush = std::make_shared<clay::Brush>();
   brush->operations = {{clay::Property::colour, clay::Method::set}};
   brush->colour = {10, 20, 30};
@@ -124,7 +184,7 @@ TEST(ThinPaint, WhatIsPaintedComesBackWhereItIsThinNoMore) {
   painting.apply({Vec3d(0, 0, 0), Vec3d(10, 0, 0), 12, 1});
   Version version = painting.finish();
   clay::Surface surface;
-  ThinPaint paint(limits);
+  CheckPaint paint(limits);
   clay::SurfaceDelta delta = surface.update(version);
   paint.follow(surface, delta, 1);
   size_t thin = 0, own = 0;

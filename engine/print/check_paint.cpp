@@ -1,9 +1,10 @@
-#include "engine/print/thin_paint.h"
+#include "engine/print/check_paint.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>
+#include <numbers>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -17,6 +18,7 @@ namespace {
 using Rgb = std::array<float, 3>;
 constexpr Rgb kNoWall{225, 30, 30}, kWallLimit{250, 210, 60};
 constexpr Rgb kNoGap{90, 40, 200}, kGapLimit{130, 190, 250};
+constexpr Rgb kNoDraft{20, 110, 60}, kDraftLimit{150, 225, 150};
 constexpr double kMostVoxels = 256;
 
 void mix(const Rgb& from, const Rgb& to, float share, clay::VertexPaint& paint) {
@@ -25,9 +27,51 @@ void mix(const Rgb& from, const Rgb& to, float share, clay::VertexPaint& paint) 
   paint.cover = 255;
 }
 
+// Against the pull: the cosine of a face's normal.
+float against(const clay::BrickMesh& mesh, size_t i, const Vec3f& pull) {
+  return std::abs(mesh.normals[i].unpack().dot(pull));
+}
+
+bool isThin(std::span<const float> sizes, size_t i) {
+  return i < sizes.size() && std::isfinite(sizes[i]);
+}
+
 }  // namespace
 
-void ThinPaint::follow(const clay::Surface& surface, clay::SurfaceDelta& delta, int threads) {
+CheckPaint::CheckPaint(const CheckLimits& limits) : limits_(limits) {
+  if (!limits.draft) return;
+  pull_ = limits.draft->pull.cast<float>();
+  draft_ = float(std::sin(limits.draft->degrees * std::numbers::pi / 180));
+}
+
+bool CheckPaint::turn(const Eigen::Quaterniond& rotation) {
+  if (!limits_.draft) return false;
+  const Vec3f pull = (rotation.conjugate() * limits_.draft->pull).cast<float>();
+  turned_ = turned_ || pull != pull_;
+  pull_ = pull;
+  return turned_;
+}
+
+bool CheckPaint::anyIn(const clay::BrickMesh& mesh, std::span<const float> walls, std::span<const float> gaps) const {
+  for (size_t i = 0; i < mesh.positions.size(); ++i)
+    if (isThin(walls, i) || isThin(gaps, i) || (draft_ > 0 && against(mesh, i, pull_) < draft_)) return true;
+  return false;
+}
+
+void CheckPaint::paint(const clay::BrickMesh& mesh, std::span<const float> walls, std::span<const float> gaps,
+                       std::vector<clay::VertexPaint>& vertices) const {
+  vertices.resize(mesh.positions.size());
+  for (size_t i = 0; i < vertices.size(); ++i) {
+    if (isThin(walls, i))
+      mix(kNoWall, kWallLimit, walls[i] / wall_, vertices[i]);
+    else if (isThin(gaps, i))
+      mix(kNoGap, kGapLimit, gaps[i] / gap_, vertices[i]);
+    else if (draft_ > 0 && against(mesh, i, pull_) < draft_)
+      mix(kNoDraft, kDraftLimit, against(mesh, i, pull_) / draft_, vertices[i]);
+  }
+}
+
+void CheckPaint::follow(const clay::Surface& surface, clay::SurfaceDelta& delta, int threads) {
   if (!map_) {
     const double voxel = delta.grid.voxelMm;
     wall_ = float(std::min(limits_.wallMm / voxel, kMostVoxels));
@@ -39,6 +83,9 @@ void ThinPaint::follow(const clay::Surface& surface, clay::SurfaceDelta& delta, 
   for (size_t i = 0; i < delta.painted.size(); ++i) painted.emplace(delta.painted[i]->brick, i);
   std::vector<Coord> look = measured;
   for (const auto& paint : delta.painted) look.push_back(paint->brick);
+  if (draft_ > 0)
+    for (const clay::BrickMeshPtr& mesh : delta.changed) look.push_back(mesh->brick);
+  if (std::exchange(turned_, false)) surface.forEach([&](const clay::BrickMesh& mesh) { look.push_back(mesh.brick); });
   std::sort(look.begin(), look.end());
   look.erase(std::unique(look.begin(), look.end()), look.end());
   for (const Coord brick : look) {
@@ -46,8 +93,7 @@ void ThinPaint::follow(const clay::Surface& surface, clay::SurfaceDelta& delta, 
     const bool had = shown_.erase(brick) > 0;
     if (!mesh) continue;
     const auto walls = map_->sizes(brick, clay::SideOf::wall), gaps = map_->sizes(brick, clay::SideOf::gap);
-    const auto thin = [](float size) { return std::isfinite(size); };
-    const bool any = std::any_of(walls.begin(), walls.end(), thin) || std::any_of(gaps.begin(), gaps.end(), thin);
+    const bool any = anyIn(*mesh, walls, gaps);
     const auto own = painted.find(brick);
     if (!any && (!had || own != painted.end())) continue;  // what the clay shows is in the delta, or is there already
     auto paint = std::make_shared<clay::BrickPaint>();
@@ -56,13 +102,7 @@ void ThinPaint::follow(const clay::Surface& surface, clay::SurfaceDelta& delta, 
         own != painted.end() ? delta.painted[own->second]->vertices : brickPaint(surface.version(), *mesh);
     if (any) {
       shown_.insert(brick);
-      paint->vertices.resize(mesh->positions.size());
-      for (size_t i = 0; i < paint->vertices.size(); ++i) {
-        if (thin(walls[i]))
-          mix(kNoWall, kWallLimit, walls[i] / wall_, paint->vertices[i]);
-        else if (thin(gaps[i]))
-          mix(kNoGap, kGapLimit, gaps[i] / gap_, paint->vertices[i]);
-      }
+      this->paint(*mesh, walls, gaps, paint->vertices);
     }
     if (own != painted.end())
       delta.painted[own->second] = std::move(paint);
