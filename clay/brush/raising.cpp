@@ -270,10 +270,10 @@ Steps Raising::begin(Sampler&, std::span<const Stamp> images, std::span<const Co
     if (each.second) highest_ = std::max(highest_, each.second->most);
   // Where a brick is asked for together with all below it the stroke need not keep more than the heights that it laid.
   if (!everywhere_ || base_.size() < mostBricks()) co_return;
-  base_.keepOnly(bricks);
-  std::erase_if(layers_, [&](const auto& entry) {
-    return entry.second->most == 0 && !std::binary_search(bricks.begin(), bricks.end(), entry.first);
-  });
+  for (const Coord coord : base_.keepOnly(bricks)) {
+    const auto it = layers_.find(coord);
+    if (it != layers_.end() && it->second->most == 0) layers_.erase(it);
+  }
 }
 
 // Raises a brick by the application that was added last, and by those before it where they have not been heeded yet.

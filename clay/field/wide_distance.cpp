@@ -49,12 +49,15 @@ const WideDistance::Block* WideDistance::find(Coord brick) const {
   return it == blocks_.end() ? nullptr : it->second.get();
 }
 
-void WideDistance::keepOnly(std::span<const Coord> bricks) {
+std::vector<Coord> WideDistance::keepOnly(std::span<const Coord> bricks) {
+  std::vector<Coord> forgotten;
   std::erase_if(blocks_, [&](const auto& entry) {
-    const bool goes = !std::binary_search(bricks.begin(), bricks.end(), entry.first);
-    keptFeet_ -= goes && entry.second->feet;
-    return goes;
+    if (std::binary_search(bricks.begin(), bricks.end(), entry.first)) return false;
+    keptFeet_ -= entry.second->feet != nullptr;
+    forgotten.push_back(entry.first);
+    return true;
   });
+  return forgotten;
 }
 
 const float* WideDistance::beside(Coord brick, size_t face, float (&room)[kBrickVoxels]) const {

@@ -42,8 +42,8 @@ class WideDistance {
   /// surface must lie in bricks of this or earlier calls. Cost: about 10 µs a new brick, more the farther. Pauses where
   /// there are many; until its end nothing else is asked.
   [[nodiscard]] Steps extend(std::span<const Coord> bricks, float reach);
-  /// Forgets all but `bricks` (sorted): what is asked for again is solved again.
-  void keepOnly(std::span<const Coord> bricks);
+  /// Forgets all but `bricks` (sorted), and says which: what is asked for again is solved again.
+  std::vector<Coord> keepOnly(std::span<const Coord> bricks);
   [[nodiscard]] size_t size() const { return blocks_.size(); }  ///< Bricks that it holds, 2.2 KiB each.
   /// Null where nothing was asked for, or all of a brick is on the other side beyond the band.
   [[nodiscard]] const Block* find(Coord brick) const;
