@@ -91,6 +91,10 @@ class DistanceMethod {
     return false;
   }
 
+  /// How far its applications may have changed distances when they are renewed at the latest, whatever Quality::drift
+  /// says. Where this is finite the band is carried along by what is solved, which then takes all of its passes.
+  [[nodiscard]] virtual double mostDrift() const { return HUGE_VAL; }
+
   /// What has to be renewed beside the surface: nothing where it leaves distances there, as a CSG of distances does.
   [[nodiscard]] virtual Renew leaves() const { return Renew::slopes; }
 

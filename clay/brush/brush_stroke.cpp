@@ -59,8 +59,7 @@ struct BrushStroke::State {
   State(Version base, std::shared_ptr<const Brush> given, Version start, int threadCount)
       : brush(std::move(given)),
         threads(threadCount),
-        redistancing{.tolerance = static_cast<float>(brush->quality.tolerance), .passes = brush->quality.passes},
-        trail(static_cast<float>(brush->quality.drift)) {
+        redistancing{.tolerance = static_cast<float>(brush->quality.tolerance), .passes = brush->quality.passes} {
     brush->check();
     if (const Operation* operation = distanceOperation(*brush)) {
       if (operation->method == Method::carve) tool = Method::carve;
@@ -68,6 +67,9 @@ struct BrushStroke::State {
       if (operation->method == Method::wax) blendsWith = base;
       method = makeMethod({brush, *operation, start ? std::move(start) : base, base.grid().band, base, threads});
     }
+    const double mostDrift = method ? method->mostDrift() : HUGE_VAL;
+    if (std::isfinite(mostDrift)) redistancing.passes = 0;
+    trail = Trail(static_cast<float>(std::min(brush->quality.drift, mostDrift)));
     if (method && base.has(Channel::mask)) maskReach.emplace(base);
     if (brush->leastWall > 0) wallLimit.emplace(brush->leastWall, aroundTip(*brush));
     editor.emplace(std::move(base));

@@ -13,6 +13,8 @@ namespace {
 
 // What a part of a stamp leaves of the band, voxels: what is known has to go along with the surface.
 constexpr float kLeft = 1.4f;
+// What several of them may leave.
+constexpr float kLeastLeft = 1.1f;
 // A tool that the stroke has buried by no more than this, voxels, counts as standing on the clay above it.
 constexpr double kMostBuried = 16;
 // Voxels: how far a tool is lifted beyond what the stroke has laid, as it lays a little beside its middle.
@@ -39,6 +41,10 @@ class Swelling : public DistanceMethod {
 
   double reach(const Stamp& stamp) const override { return stamp.largestRadius() + static_cast<double>(band_); }
   Renew leaves() const override { return Renew::all; }
+  // And one more application may come before.
+  double mostDrift() const override {
+    return std::max(static_cast<double>(band_ - kLeastLeft - std::min(step_, most_)), 0.0);
+  }
 
   // All of the way, each time by less: what is beside the way rises as what is on it.
   int parts(std::span<const Stamp> images) const override {
