@@ -182,8 +182,11 @@ Steps Swelling::begin(Sampler&, std::span<const Stamp> images, std::span<const C
 }
 
 bool Swelling::brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const {
+  // A tile beside the surface gets some of the band where that is carried towards it.
   const auto isBrick = [&](Coord step) { return !before.slot(coord + step).isTile(); };
-  if (!isBrick({0, 0, 0}) && std::none_of(kFaceSteps.begin(), kFaceSteps.end(), isBrick)) return false;
+  const Slot own = before.slot(coord);
+  if (own.isTile() && (side_ * own.phi(0, band_) < 0 || std::none_of(kFaceSteps.begin(), kFaceSteps.end(), isBrick)))
+    return false;
   float broad[kBroadSize] = {};
   gatherBroad(before, coord, 2, broad);
   WeighedBall balls[kMostImages];

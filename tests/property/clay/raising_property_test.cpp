@@ -110,7 +110,7 @@ TEST(Raise, ABallStaysABall) {
   little.drift = 2;
   little.trail = 32;
   little.tolerance = 1;
-  for (const float height : {11.0f, -18.0f, 40.0f})
+  for (const float height : {11.0f, -18.0f, 25.0f})
     for (const Quality& quality : {Quality(), little}) {
       SCOPED_TRACE(::testing::Message() << height << (quality.passes == 0 ? "" : ", little"));
       const double radius = height > 0 ? 30 : 50;
