@@ -98,6 +98,13 @@ float falloff(Falloff shape, float t) noexcept {
   return 0;
 }
 
+float raisedByStamp(const Brush& brush, const Operation& operation) {
+  // Swept stamps a tenth of the radius apart, of the smooth falloff, add up to 35/3 of one where the tool's middle
+  // passes, so that a pass is the height.
+  constexpr float kShare = 3.0f / 35;
+  return std::abs(operation.amount) * brush.height * kShare * static_cast<float>(brush.perStamp);
+}
+
 std::unique_ptr<DistanceMethod> makeMethod(const StrokeContext& context) {
   switch (context.operation.method) {
     case Method::carve:

@@ -148,9 +148,6 @@ class DistanceMethod {
 [[nodiscard]] std::unique_ptr<DistanceMethod> makeExternal(
     const StrokeContext& context);  // external (external_brush.cpp)
 
-// A stamp of strength 1 raises by this part of the height: swept stamps a tenth of the radius apart, of the smooth
-// falloff, add up to 35/3 of one where the tool's middle passes, so that a pass is the height.
-inline constexpr float kRaisedByStamp = 3.0f / 35;
 /// How far a stamp of strength 1 raises at most, voxels.
 [[nodiscard]] float raisedByStamp(const Brush& brush, const Operation& operation);
 

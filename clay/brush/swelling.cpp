@@ -201,10 +201,6 @@ bool Swelling::brick(Sampler& before, std::span<const Stamp> images, Coord coord
 
 }  // namespace
 
-float raisedByStamp(const Brush& brush, const Operation& operation) {
-  return std::abs(operation.amount) * brush.height * kRaisedByStamp * static_cast<float>(brush.perStamp);
-}
-
 std::unique_ptr<DistanceMethod> makeSwelling(const StrokeContext& context) {
   return std::make_unique<Swelling>(context);
 }
