@@ -33,8 +33,8 @@ enum class Method : uint8_t {
   scrape,
   fill,
   flatten,
-  /// Along the normals of the surface as it was when the stroke began, by Brush::height at most when Brush::limited.
-  /// Below zero it lowers.
+  /// Along the normals of the surface: as it is now, without end; or, where Brush::limited or with an image, as it was
+  /// when the stroke began, by Brush::height at most. Below zero it lowers.
   raise,
   crease,    ///< Draws the clay together and lowers it along the stroke; above zero a sharp ridge.
   tug,       ///< Clay under the tip goes with it.

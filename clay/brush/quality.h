@@ -9,7 +9,8 @@ struct Quality {
   /// What a distance may be off from what redistancing finds and stay as it is; a fifth of it where slopes are renewed,
   /// a fiftieth where everything is of second order. 0.01 to 1.
   double tolerance = 0.1;
-  /// Of redistancing: 1 to 16; 0: as many as the whole band needs. Fewer leave the far part of the band as it was.
+  /// Of redistancing: 1 to 16; 0: as many as the whole band needs, which raising without a limit always takes. Fewer
+  /// leave the far part of the band as it was.
   int passes = 0;
   /// A brick whose distances may have changed by more since they were renewed is renewed at once, before the band is
   /// used up: 0.25 to 2.
