@@ -7,13 +7,6 @@
 
 namespace argil::clay {
 
-double segmentDistance(const Stamp& s, const Vec3d& p) {
-  const Vec3d d = s.b - s.a;
-  const double length2 = d.squaredNorm();
-  const double t = length2 > 0 ? std::clamp((p - s.a).dot(d) / length2, 0.0, 1.0) : 0.0;
-  return (p - s.a - t * d).norm();
-}
-
 namespace {
 
 constexpr double kPlaceStep = 1.0 / 65536;

@@ -21,8 +21,11 @@ inline constexpr size_t kBricksAStep = 256;
 /// From the middle of a brick's voxels to its corner voxel, and a little that covers rounding: bricks farther out are
 /// decided without looking at their voxels, with the same result.
 inline const double kHalfDiagonal = 3.5 * std::sqrt(3.0) + 0.01;
-/// The same for a region of 8×8×8 bricks, so that a brush of any size costs its surface.
+/// The same for a region of 8×8×8 bricks, so that a brush of any size costs its surface; and for a cube of any edge.
 inline const double kRegionHalfDiagonal = 31.5 * std::sqrt(3.0) + 0.01;
+[[nodiscard]] inline double halfDiagonal(int bricks) {
+  return (kBrickEdge * bricks - 1) * 0.5 * std::sqrt(3.0) + 0.01;
+}
 
 /// Of an application.
 inline constexpr size_t kMostImages = 64;
@@ -152,28 +155,66 @@ class DistanceMethod {
 [[nodiscard]] float raisedByStamp(const Brush& brush, const Operation& operation);
 
 /// Distance of a point from a stamp's segment, voxels; in double, for choosing.
-[[nodiscard]] double segmentDistance(const Stamp& stamp, const Vec3d& point);
+[[nodiscard]] inline double segmentDistance(const Stamp& s, const Vec3d& p) {
+  const Vec3d d = s.b - s.a;
+  const double length2 = d.squaredNorm();
+  const double t = length2 > 0 ? std::clamp((p - s.a).dot(d) / length2, 0.0, 1.0) : 0.0;
+  return (p - s.a - t * d).norm();
+}
+
+/// Middle of the voxels of a cube of bricks.
+[[nodiscard]] inline Vec3d middleOf(Coord first, int bricks) {
+  return (first * kBrickEdge).toVec3d() + Vec3d::Constant(kBrickEdge * bricks * 0.5 - 0.5);
+}
+
+/// The bricks of which a voxel may lie within a margin of a stamp's segment along each axis: first and last.
+struct BrickBox {
+  BrickBox(const Stamp& s, double margin) {
+    const Vec3d low = s.a.cwiseMin(s.b) - Vec3d::Constant(margin), high = s.a.cwiseMax(s.b) + Vec3d::Constant(margin);
+    // From the last voxel of a brick: mirrored stamps choose mirrored bricks.
+    first = {static_cast<int32_t>(std::ceil((low.x() - 7) / 8)), static_cast<int32_t>(std::ceil((low.y() - 7) / 8)),
+             static_cast<int32_t>(std::ceil((low.z() - 7) / 8))};
+    last = {static_cast<int32_t>(std::floor(high.x() / 8)), static_cast<int32_t>(std::floor(high.y() / 8)),
+            static_cast<int32_t>(std::floor(high.z() / 8))};
+  }
+  template <class Visit>
+  void forRegions(const Visit& visit) const {
+    for (int x = first.x >> 3; x <= last.x >> 3; ++x)
+      for (int y = first.y >> 3; y <= last.y >> 3; ++y)
+        for (int z = first.z >> 3; z <= last.z >> 3; ++z) visit(Coord{x, y, z} * 8);
+  }
+  Coord first, last;
+};
 
 /// Visits the bricks around a stamp, region by region, so that consecutive ones share a node. `enter` is asked first,
 /// with the region's first brick and the distance of its middle to the segment.
 template <class Enter, class Visit>
 void forBricks(const Stamp& s, double margin, const Enter& enter, const Visit& visit) {
-  const Vec3d low = s.a.cwiseMin(s.b) - Vec3d::Constant(margin), high = s.a.cwiseMax(s.b) + Vec3d::Constant(margin);
-  Coord first, last;
-  // From the last voxel of a brick: mirrored stamps choose mirrored bricks.
-  first = {static_cast<int32_t>(std::ceil((low.x() - 7) / 8)), static_cast<int32_t>(std::ceil((low.y() - 7) / 8)),
-           static_cast<int32_t>(std::ceil((low.z() - 7) / 8))};
-  last = {static_cast<int32_t>(std::floor(high.x() / 8)), static_cast<int32_t>(std::floor(high.y() / 8)),
-          static_cast<int32_t>(std::floor(high.z() / 8))};
-  for (int rx = first.x >> 3; rx <= last.x >> 3; ++rx)
-    for (int ry = first.y >> 3; ry <= last.y >> 3; ++ry)
-      for (int rz = first.z >> 3; rz <= last.z >> 3; ++rz) {
-        const Coord region = Coord{rx, ry, rz} * 8;
-        if (!enter(region, segmentDistance(s, (region * kBrickEdge).toVec3d() + Vec3d::Constant(31.5)))) continue;
-        for (int x = std::max(first.x, region.x); x <= std::min(last.x, region.x + 7); ++x)
-          for (int y = std::max(first.y, region.y); y <= std::min(last.y, region.y + 7); ++y)
-            for (int z = std::max(first.z, region.z); z <= std::min(last.z, region.z + 7); ++z) visit(Coord{x, y, z});
-      }
+  const BrickBox box(s, margin);
+  box.forRegions([&](Coord region) {
+    if (!enter(region, segmentDistance(s, middleOf(region, 8)))) return;
+    for (int x = std::max(box.first.x, region.x); x <= std::min(box.last.x, region.x + 7); ++x)
+      for (int y = std::max(box.first.y, region.y); y <= std::min(box.last.y, region.y + 7); ++y)
+        for (int z = std::max(box.first.z, region.z); z <= std::min(box.last.z, region.z + 7); ++z)
+          visit(Coord{x, y, z});
+  });
+}
+
+/// Halves regions down to bricks for as long as `enter` says so; it gets a cube's first brick, its edge in bricks (8,
+/// 4, 2, 1), and the distance of its middle to the segment. So the skin of a large tip is found at the cost of its
+/// skin.
+template <class Enter>
+void forCubes(const Stamp& s, double margin, const Enter& enter) {
+  const BrickBox box(s, margin);
+  const auto halve = [&](const auto& again, Coord first, int edge) -> void {
+    if (first.x > box.last.x || first.y > box.last.y || first.z > box.last.z || first.x + edge <= box.first.x ||
+        first.y + edge <= box.first.y || first.z + edge <= box.first.z)
+      return;
+    if (!enter(first, edge, segmentDistance(s, middleOf(first, edge))) || edge == 1) return;
+    const int half = edge / 2;
+    for (int i = 0; i < 8; ++i) again(again, first + Coord{i >> 2, i >> 1 & 1, i & 1} * half, half);
+  };
+  box.forRegions([&](Coord region) { halve(halve, region, 8); });
 }
 
 /// A stamp's ball as kernels take it.

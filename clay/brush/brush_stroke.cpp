@@ -53,6 +53,18 @@ const Operation* distanceOperation(const Brush& brush) {
   return nullptr;
 }
 
+// Whether a swept ball begins where and as large as the one before it ended, so that what lies behind its beginning was
+// within the reach of that one: at each place there the one before is at least as near.
+bool goesOnFrom(const Stamp& before, const Stamp& s) {
+  return before.b == s.a && before.radius >= before.radiusAtEnd() && before.radiusAtEnd() == s.radius;
+}
+
+// Whether the nearest place of a stamp's segment is its beginning for each voxel of a cube of bricks.
+bool liesBehind(const Stamp& s, Coord first, int bricks) {
+  const Vec3d d = s.b - s.a;
+  return (middleOf(first, bricks) - s.a).dot(d) + (kBrickEdge * bricks - 1) * 0.5 * d.lpNorm<1>() <= 0;
+}
+
 }  // namespace
 
 struct BrushStroke::State {
@@ -99,9 +111,12 @@ struct BrushStroke::State {
     BrickChange change;
     bool exact = false;  // its distances are distances yet
   };
-  std::vector<Swept> swept;  // waiting to be computed
+  std::vector<Swept> swept;        // waiting to be computed
+  std::vector<Stamp> sweptBefore;  // images of the application before this one, where their tip was swept whole
 
-  [[nodiscard]] Steps sweepTip(const Stamp& s, std::vector<Coord>& influenced, std::vector<Coord>& blended);
+  [[nodiscard]] Steps sweepTip(const Stamp& s, const Stamp* last, std::vector<Coord>& influenced,
+                               std::vector<Coord>& blended);
+  uint64_t setCube(Coord first, int edge, Tile tile);
   void computeSwept(const Stamp& s, std::vector<Coord>& influenced);
   [[nodiscard]] std::optional<MaskCover> coverOf(Coord coord, double largestRadius) {
     return coverDuring(*editor, maskReach ? &*maskReach : nullptr, coord, largestRadius);
@@ -167,7 +182,23 @@ struct BrushStroke::State {
   }
 };
 
-Steps BrushStroke::State::sweepTip(const Stamp& s, std::vector<Coord>& influenced, std::vector<Coord>& blended) {
+// How many bricks of a cube were anything else.
+uint64_t BrushStroke::State::setCube(Coord first, int edge, Tile tile) {
+  if (edge == 8) return editor->setBlock(first, 1, tile);
+  uint64_t count = 0;
+  for (int x = 0; x < edge; ++x)
+    for (int y = 0; y < edge; ++y)
+      for (int z = 0; z < edge; ++z) {
+        const Coord coord = first + Coord{x, y, z};
+        if (editor->find(coord) == Slot(tile)) continue;
+        editor->setTile(coord, tile);
+        ++count;
+      }
+  return count;
+}
+
+Steps BrushStroke::State::sweepTip(const Stamp& s, const Stamp* last, std::vector<Coord>& influenced,
+                                   std::vector<Coord>& blended) {
   const double band = editor->grid().band;
   // Where the radius changes, the least of it says what is wholly inside and the largest what is not touched.
   const double least = std::min(s.radius, s.radiusAtEnd()) * withinTip(*brush),
@@ -175,26 +206,25 @@ Steps BrushStroke::State::sweepTip(const Stamp& s, std::vector<Coord>& influence
   const bool carving = *tool == Method::carve;
   const bool masks = editor->has(Channel::mask);
   const Tile result = carving ? Tile::outside : Tile::inside;
-  const auto enter = [&](Coord region, double middle) {
-    if (middle - kRegionHalfDiagonal - largest >= band) return false;
-    if (masks || middle + kRegionHalfDiagonal - least > -band) return true;
-    touched += editor->setBlock(region, 1, result);
-    return false;
-  };
-  std::vector<Coord> reached;
-  forBricks(s, largest + band, enter, [&](Coord coord) {
-    const double centre = segmentDistance(s, (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5));
-    if (centre - kHalfDiagonal - largest < band && editor->find(coord) != Slot(result)) reached.push_back(coord);
+  const bool goesOn = last && goesOnFrom(*last, s);
+  std::vector<std::pair<Coord, double>> reached;  // with the distances of their middles
+  forCubes(s, largest + band, [&](Coord first, int edge, double middle) {
+    const double half = halfDiagonal(edge);
+    if (middle - half - largest >= band || (goesOn && liesBehind(s, first, edge))) return false;
+    if (!masks && middle + half - least <= -band) {
+      touched += setCube(first, edge, result);
+      return false;
+    }
+    if (edge == 1 && editor->find(first) != Slot(result)) reached.emplace_back(first, middle);
+    return true;
   });
-  for (const Coord coord : reached) {
+  for (const auto& [coord, centre] : reached) {
     const Slot slot = editor->find(coord);
     std::optional<MaskCover> cover;
     if (masks) cover = coverOf(coord, largest);
     if (cover && cover->whole) continue;
-    const double centre = segmentDistance(s, (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5));
     if (!cover && centre + kHalfDiagonal - least <= -band) {
-      ++touched;
-      editor->setTile(coord, result);
+      touched += setCube(coord, 1, result);
       continue;
     }
     if (blendsWith && !blendsWith.find(coord).isTile()) {
@@ -227,7 +257,9 @@ void BrushStroke::State::computeSwept(const Stamp& s, std::vector<Coord>& influe
           const float* source = each.was.values(scratch, band);
           if (brush->tip == Tip::ball) {
             const SweptBall ball = sweptBall(s, target.coord);
-            if (!each.cover && straight) {
+            if (each.was.isTile()) {
+              each.exact = !each.cover && straight;
+            } else if (!each.cover && straight) {
               float distance[kBrickVoxels];
               ballDistances(ball, distance);
               each.exact = !meetAtAnAngle(source, distance, carving ? -1.0f : 1.0f, band, kMeets);
@@ -505,12 +537,15 @@ Steps BrushStroke::State::application(std::vector<Stamp> images) {
       return each.largestRadius() * aroundTip(*brush) >= (blendsWith ? kLargeBlended : kLargeTip);
     });
     if (large) safe = seen = commit();
-    for (const Stamp& image : images)
-      for (Steps each = sweepTip(image, influenced, blended); each.next();) co_yield Steps::kPause;
+    const std::vector<Stamp> last = std::exchange(sweptBefore, {});
+    for (size_t i = 0; i < images.size(); ++i)
+      for (Steps each = sweepTip(images[i], i < last.size() ? &last[i] : nullptr, influenced, blended); each.next();)
+        co_yield Steps::kPause;
     std::sort(blended.begin(), blended.end());
     blended.erase(std::unique(blended.begin(), blended.end()), blended.end());
     for (Steps each = work(images, std::move(blended), true, influenced); each.next();) co_yield Steps::kPause;
     seen = was;
+    if (brush->tip == Tip::ball && !editor->has(Channel::mask)) sweptBefore = images;
   } else if (method) {
     // What goes along with clay is looked at application by application.
     for (Steps each = workInParts(images, !was, influenced); each.next();) co_yield Steps::kPause;

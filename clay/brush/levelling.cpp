@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "clay/brush/brush_method.h"
@@ -21,6 +22,8 @@ constexpr float kMost = 1.5f;
 constexpr double kKeep = 0.5;
 // Sums are of multiples of this: exact, so that their order does not matter.
 constexpr double kGrain = 1.0 / (1 << 22);
+// From this radius on, voxels, the surface within a brick counts as one piece of the plane.
+constexpr double kLargeTip = 32;
 
 class Levelling : public DistanceMethod {
  public:
@@ -28,6 +31,7 @@ class Levelling : public DistanceMethod {
       : operation_(context.operation),
         band_(context.band),
         rounds_(context.brush->quality.levelRounds),
+        threads_(context.threads),
         perStamp_(static_cast<float>(context.brush->perStamp)) {}
 
   double reach(const Stamp& stamp) const override { return stamp.largestRadius(); }
@@ -44,12 +48,14 @@ class Levelling : public DistanceMethod {
     float weight;
     Vec3f normal, place;
   };
-  static void sample(Sampler& before, const Stamp& stamp, std::span<const Coord> bricks, std::vector<Sample>& samples);
+  static void sample(Sampler& before, const Stamp& stamp, Coord coord, std::vector<Sample>& samples);
+  [[nodiscard]] std::vector<Sample> sampleAll(const Sampler& before, const Stamp& stamp,
+                                              std::span<const Coord> bricks) const;
   [[nodiscard]] std::optional<Fitted> fit(const Stamp& stamp, std::span<const Sample> samples) const;
 
   Operation operation_;
   float band_;
-  int rounds_;
+  int rounds_, threads_;
   float perStamp_;
   std::vector<std::optional<Fitted>> planes_;  // one for each image
 };
@@ -62,42 +68,75 @@ Vec3d middleOf(const Stamp& stamp) {
   return (stamp.a + stamp.b) / 2;
 }
 
-void Levelling::sample(Sampler& before, const Stamp& stamp, std::span<const Coord> bricks,
-                       std::vector<Sample>& samples) {
-  const Vec3d middle = middleOf(stamp);
+// Sums over pieces of the surface, and their mean: the same in any order.
+struct PartsSum {
+  int64_t weights = 0;
+  std::array<int64_t, 3> places{}, normals{};
+  void add(float weight, const Vec3f& normal, const Vec3f& place) {
+    weights += grains(weight);
+    for (size_t k = 0; k < 3; ++k) {
+      normals[k] += grains(weight * normal[static_cast<int>(k)]);
+      places[k] += grains(weight * place[static_cast<int>(k)]);
+    }
+  }
+  static Vec3d vec(const std::array<int64_t, 3>& sum) {
+    return {static_cast<double>(sum[0]), static_cast<double>(sum[1]), static_cast<double>(sum[2])};
+  }
+};
+
+void Levelling::sample(Sampler& before, const Stamp& stamp, Coord coord, std::vector<Sample>& samples) {
+  const Slot slot = before.slot(coord);
+  if (slot.isTile() || segmentDistance(stamp, clay::middleOf(coord, 1)) > stamp.largestRadius() + 6.1) return;
+  BrickValues scratch;
+  const BrickValues& now = slot.values(scratch, before.band());
+  // Two voxels from the surface and farther nothing has a weight.
+  float nearest = HUGE_VALF;
+  for (const float phi : now) nearest = std::min(nearest, std::abs(phi));
+  if (nearest >= 2) return;
   SurfaceParts parts;
-  for (const Coord coord : bricks) {
-    const Slot slot = before.slot(coord);
-    if (slot.isTile() ||
-        segmentDistance(stamp, (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5)) > stamp.largestRadius() + 6.1)
-      continue;
-    float padded[kPaddedSize] = {}, weight[kBrickVoxels];
-    gatherPadded(before, coord, padded);
-    imageWeights(std::span(&stamp, 1), Falloff::smooth, coord, weight);
-    const Vec3f origin = BrickFrame(middle, coord).middle;
-    surfaceParts(padded, weight, {origin.x(), origin.y(), origin.z()}, parts);
-    const auto of = [](const float(&axes)[3][kBrickVoxels], int i) {
-      return Vec3f(axes[0][i], axes[1][i], axes[2][i]);
-    };
+  float padded[kPaddedSize] = {}, weight[kBrickVoxels];
+  gatherPadded(before, coord, padded);
+  imageWeights(std::span(&stamp, 1), Falloff::smooth, coord, weight);
+  const Vec3f origin = BrickFrame(middleOf(stamp), coord).middle;
+  surfaceParts(padded, weight, {origin.x(), origin.y(), origin.z()}, parts);
+  const auto of = [](const float(&axes)[3][kBrickVoxels], int i) { return Vec3f(axes[0][i], axes[1][i], axes[2][i]); };
+  if (stamp.largestRadius() < kLargeTip) {
     for (int i = 0; i < kBrickVoxels; ++i)
       if (parts.weight[i] > 0) samples.push_back({parts.weight[i], of(parts.normal, i), of(parts.place, i)});
+    return;
   }
+  PartsSum sum;
+  for (int i = 0; i < kBrickVoxels; ++i)
+    if (parts.weight[i] > 0) sum.add(parts.weight[i], of(parts.normal, i), of(parts.place, i));
+  const auto whole = static_cast<double>(sum.weights);
+  if (sum.weights > 0)
+    samples.push_back({static_cast<float>(whole * kGrain), (PartsSum::vec(sum.normals) / whole).cast<float>(),
+                       (PartsSum::vec(sum.places) / whole).cast<float>()});
+}
+
+std::vector<Levelling::Sample> Levelling::sampleAll(const Sampler& before, const Stamp& stamp,
+                                                    std::span<const Coord> bricks) const {
+  constexpr size_t kRange = 32;
+  std::vector<std::vector<Sample>> ranges((bricks.size() + kRange - 1) / kRange);
+  forEachBrickOf(ranges.size(), bricks.size() >= kBricksAStep ? threads_ : 1, [&](size_t i) {
+    Sampler mine = before;
+    for (const Coord coord : bricks.subspan(i * kRange, std::min(kRange, bricks.size() - i * kRange)))
+      sample(mine, stamp, coord, ranges[i]);
+  });
+  std::vector<Sample> all;
+  for (const auto& each : ranges) all.insert(all.end(), each.begin(), each.end());
+  return all;
 }
 
 // Mean place and normal of the surface under the tip; nothing where there is none.
 std::optional<Levelling::Fitted> Levelling::fit(const Stamp& stamp, std::span<const Sample> samples) const {
-  const auto vec = [](const std::array<int64_t, 3>& sum) {
-    return Vec3d(static_cast<double>(sum[0]), static_cast<double>(sum[1]), static_cast<double>(sum[2]));
-  };
   const auto norm = [](const Vec3d& v) { return std::sqrt((v.x() * v.x() + v.y() * v.y()) + v.z() * v.z()); };
   // From the second time on the surface counts as far as it faces the way that it did on average the time before: a
   // wall at its edge does not tilt the plane.
-  int64_t weights = 0;
-  std::array<int64_t, 3> places{}, normals{};
+  PartsSum sum;
   Vec3f mean = Vec3f::Zero();
   for (int round = 0; round < rounds_; ++round) {
-    weights = 0;
-    places = normals = {};
+    sum = {};
     for (const Sample& each : samples) {
       float w = each.weight;
       if (round > 0) {
@@ -106,20 +145,17 @@ std::optional<Levelling::Fitted> Levelling::fit(const Stamp& stamp, std::span<co
                     square = facing * facing;
         w *= square * square;
       }
-      weights += grains(w);
-      for (size_t k = 0; k < 3; ++k) {
-        normals[k] += grains(w * each.normal[static_cast<int>(k)]);
-        places[k] += grains(w * each.place[static_cast<int>(k)]);
-      }
+      sum.add(w, each.normal, each.place);
     }
     // Faces that look against each other have no plane between them.
-    const double length = norm(vec(normals));
-    if (!(length > 0.2 * static_cast<double>(weights)) || weights == 0) return std::nullopt;
-    mean = (vec(normals) / length).cast<float>();
+    const double length = norm(PartsSum::vec(sum.normals));
+    if (!(length > 0.2 * static_cast<double>(sum.weights)) || sum.weights == 0) return std::nullopt;
+    mean = (PartsSum::vec(sum.normals) / length).cast<float>();
   }
-  const Vec3d normal = vec(normals);
+  const Vec3d normal = PartsSum::vec(sum.normals);
   // Places are multiples of a fixed step, so that mirrored ones are the mirror images.
-  const Vec3d offset = (vec(places) / static_cast<double>(weights) * 65536).array().round().matrix() / 65536;
+  const Vec3d offset =
+      (PartsSum::vec(sum.places) / static_cast<double>(sum.weights) * 65536).array().round().matrix() / 65536;
   return Fitted{middleOf(stamp) + offset, normal / norm(normal)};
 }
 
@@ -129,7 +165,9 @@ Steps Levelling::begin(Sampler& before, std::span<const Stamp> images, std::span
     const std::optional<Fitted> was = planes_[i];
     std::vector<Sample> samples;
     for (size_t from = 0; from < bricks.size(); from += kBricksAStep) {
-      sample(before, images[i], bricks.subspan(from, std::min(kBricksAStep, bricks.size() - from)), samples);
+      const std::vector<Sample> some =
+          sampleAll(before, images[i], bricks.subspan(from, std::min(kBricksAStep, bricks.size() - from)));
+      samples.insert(samples.end(), some.begin(), some.end());
       co_yield Steps::kPause;
     }
     std::optional<Fitted>& plane = planes_[i] = fit(images[i], samples);
@@ -159,8 +197,10 @@ bool Levelling::brick(Sampler& before, std::span<const Stamp> images, Coord coor
   });
   if (!moves) return false;
   constexpr int kX = 16 * kBroadRow, kY = kBroadRow;
-  float broad[kBroadSize] = {}, cut[kBrickVoxels] = {}, heap[kBrickVoxels] = {};
-  gatherBroad(before, coord, 4, broad);
+  BrickValues scratch;
+  const BrickValues& now = before.slot(coord).values(scratch, band_);
+  float broad[kBroadSize], cut[kBrickVoxels] = {}, heap[kBrickVoxels] = {};
+  bool gathered = false;
   FieldSample samples[kBrickVoxels];
   FieldValue values[kBrickVoxels];
   int voxels[kBrickVoxels];
@@ -173,14 +213,28 @@ bool Levelling::brick(Sampler& before, std::span<const Stamp> images, Coord coor
     const auto offset = static_cast<float>((normal.x() * from.x() + normal.y() * from.y()) + normal.z() * from.z());
     float weight[kBrickVoxels];
     imageWeights(images.subspan(image, 1), operation_.shape, coord, perStamp_, weight);
-    size_t count = 0;
+    // Whichever way the surface faces, these stay where they are.
+    size_t candidates = 0;
     for (int i = 0; i < kBrickVoxels; ++i) {
       const int x = i >> 6, y = (i >> 3) & 7, z = i & 7;
-      const float* at = broad + broadOffset(x + 4, y + 4, z + 4);
-      if (!(weight[i] > 0) || !(std::abs(*at) < band_)) continue;
+      if (!(weight[i] > 0) || !(std::abs(now[i]) < band_)) continue;
       const float goal = ((n.x() * (static_cast<float>(x) - 3.5f) + n.y() * (static_cast<float>(y) - 3.5f)) +
                           n.z() * (static_cast<float>(z) - 3.5f)) -
                          offset;
+      if (!(down && std::min(now[i], 0.0f) < goal) && !(up && std::max(now[i], 0.0f) > goal)) continue;
+      goals[candidates] = goal;
+      voxels[candidates++] = i;
+    }
+    if (candidates == 0) continue;
+    if (!std::exchange(gathered, true)) {
+      std::fill(std::begin(broad), std::end(broad), 0.0f);
+      gatherBroad(before, coord, 4, broad);
+    }
+    size_t count = 0;
+    for (size_t k = 0; k < candidates; ++k) {
+      const int i = voxels[k], x = i >> 6, y = (i >> 3) & 7, z = i & 7;
+      const float* at = broad + broadOffset(x + 4, y + 4, z + 4);
+      const float goal = goals[k];
       const Vec3f g(at[kX] - at[-kX], at[kY] - at[-kY], at[1] - at[-1]);
       const float length2 = (g.x() * g.x() + g.y() * g.y()) + g.z() * g.z(),
                   along = (g.x() * n.x() + g.y() * n.y()) + g.z() * n.z();
@@ -206,6 +260,7 @@ bool Levelling::brick(Sampler& before, std::span<const Stamp> images, Coord coor
         cut[i] = std::max(cut[i], std::min(values[k].value, std::max(goals[k], old)) - old);
     }
   }
+  if (!gathered) return false;
   for (int i = 0; i < kBrickVoxels; ++i)
     phi[i] = broad[broadOffset((i >> 6) + 4, ((i >> 3) & 7) + 4, (i & 7) + 4)] + (cut[i] + heap[i]);
   return true;

@@ -84,6 +84,7 @@ void SlabPool::take(size_t count, ObjectStock& stock) {
   if (stock.taken + count > out.capacity()) out.reserve(std::max(stock.taken + count, 2 * out.capacity()));
   while (free_.size() < count) adopt(map(nextBytes()));
   stock.taken += count;
+  taken_ += count;
   out.insert(out.end(), free_.end() - static_cast<std::ptrdiff_t>(count), free_.end());
   free_.resize(free_.size() - count);
 }
@@ -268,16 +269,23 @@ bool Store::collect(size_t maxObjects) {
     s.collected = true;
   }
   for (SlabPool* pool : {&s.bricks, &s.channelBricks, &s.nodes}) {
-    size_t bytes = 0;
+    size_t missing = 0, next = 0;
     {
       const std::lock_guard lock(s.mutex);
-      if (edited && pool->low()) bytes = pool->nextBytes();
+      missing = pool->missing();
     }
-    if (bytes == 0) continue;
+    if (!edited) continue;
     try {
-      const SlabPool::Chunk chunk = pool->map(bytes);
-      const std::lock_guard lock(s.mutex);
-      pool->adopt(chunk);
+      while (missing > 0) {
+        {
+          const std::lock_guard lock(s.mutex);
+          next = pool->nextBytes();
+        }
+        const SlabPool::Chunk chunk = pool->map(next);
+        const std::lock_guard lock(s.mutex);
+        pool->adopt(chunk);
+        missing -= std::min(missing, next);
+      }
     } catch (const std::exception&) {
       break;  // Stock that there is no memory for is not needed yet.
     }

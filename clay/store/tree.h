@@ -113,6 +113,13 @@ class SlabPool {
 
   /// In use and nearly empty: the next objects would wait for the system.
   [[nodiscard]] bool low() const { return bytes_ > 0 && free_.size() * objectBytes_ < nextBytes(); }
+  /// Bytes that are missing of what was taken since this was asked last (32 MB of it at most, which a stamp of radius
+  /// 200 may take), or of a chunk where that is more.
+  [[nodiscard]] size_t missing() {
+    const size_t again = std::min(std::exchange(taken_, 0) * objectBytes_, kMostSpare);
+    const size_t wanted = std::max(nextBytes(), again);
+    return bytes_ > 0 ? wanted - std::min(wanted, free_.size() * objectBytes_) : 0;
+  }
   /// What the next chunk is to have: an eighth of what there is, so that what is not used is little beside the rest.
   [[nodiscard]] size_t nextBytes() const;
   /// A new chunk, every page of it touched (which can take milliseconds). Any thread, without the store's mutex.
@@ -122,11 +129,13 @@ class SlabPool {
  private:
   static constexpr size_t kSlabBytes = size_t{2} << 20;    // one huge page
   static constexpr size_t kArenaBytes = size_t{64} << 20;  // address space taken at once, touched slab by slab
-  static constexpr size_t kLeastObjects = 6;               // of a chunk
+  static constexpr size_t kMostSpare = size_t{32} << 20;
+  static constexpr size_t kLeastObjects = 6;  // of a chunk
 
   size_t objectBytes_;
   std::vector<void*> free_;
   uint64_t bytes_ = 0;
+  size_t taken_ = 0;  // objects, since missing() was asked
   mutable std::mutex arenaMutex_;
   std::vector<std::byte*> arenas_;  // as mapped: kArenaBytes + kSlabBytes for alignment
   std::vector<std::byte*> small_;   // chunks below a slab
