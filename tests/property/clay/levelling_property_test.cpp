@@ -1,5 +1,6 @@
 // Scrape, fill and flatten: towards the plane of what is under the tip, and no further.
 
+#include <map>
 #include <random>
 
 #include "clay/field/primitives.h"
@@ -64,15 +65,16 @@ TEST(Level, APlaneStaysWhereItIs) {
     editor.setVoxels(brick, phi);
   }
   const Version base = editor.commit();
-  for (const Method method : {Method::scrape, Method::fill, Method::flatten}) {
-    const Version after = apply(base, Brush::of(method), line({-10, 0, 3}, {10, 0, -3}, 14), 3);
-    Sampler sampler(after);
-    for (int x = -20; x <= 20; ++x)
-      for (int y = -15; y <= 15; ++y) {
-        const Vec3d p(x, y, -(n.x() * x + n.y() * y) / n.z());
-        EXPECT_NEAR(sampler.trilinear(p), 0, 0.01) << static_cast<int>(method) << ' ' << x << ' ' << y;
-      }
-  }
+  for (const Method method : {Method::scrape, Method::fill, Method::flatten})
+    for (const double radius : {14.0, 40.0}) {  // below and above what takes bricks as pieces
+      const Version after = apply(base, Brush::of(method), line({-10, 0, 3}, {10, 0, -3}, radius), 3);
+      Sampler sampler(after);
+      for (int x = -20; x <= 20; ++x)
+        for (int y = -15; y <= 15; ++y) {
+          const Vec3d p(x, y, -(n.x() * x + n.y() * y) / n.z());
+          EXPECT_NEAR(sampler.trilinear(p), 0, 0.01) << static_cast<int>(method) << ' ' << x << ' ' << y;
+        }
+    }
 }
 
 // Beside a cliff there is air below the plane: it stays air, and the cliff stands.
@@ -87,14 +89,15 @@ TEST(Level, AirBesideACliffIsNotFilled) {
 TEST(Level, MirroredStampsLeaveMirroredBitsOnEverySimdTarget) {
   // symmetric about x = -0.5 voxels
   const Version base = makeSphere(Store::make(), Grid{}, Vec3d(-0.25, 0.3, 0.1), 15);
-  uint64_t reference = 0;
-  tests::forEachSimdTarget([&](const std::string& name) {
+  std::map<double, uint64_t> references;
+  const auto check = [&](const std::string& name, double radius) {
+    uint64_t& reference = references[radius];
     std::mt19937_64 random(6);
     std::uniform_real_distribution<double> u(-1, 1);
     BrushStroke stroke(base, Brush::of(Method::flatten));
     for (int i = 0; i < 8; ++i) {
       const Vec3d a = Vec3d(0.5 + 0.5 * u(random), u(random), 0.3).normalized() * 29;
-      Stamp stamp{a, a + Vec3d(u(random), u(random), u(random)), 10, 0.9f}, image = stamp;
+      Stamp stamp{a, a + Vec3d(u(random), u(random), u(random)), radius, 0.9f}, image = stamp;
       image.a.x() = -1 - stamp.a.x();
       image.b.x() = -1 - stamp.b.x();
       stroke.apply(std::vector{stamp, image});
@@ -108,7 +111,37 @@ TEST(Level, MirroredStampsLeaveMirroredBitsOnEverySimdTarget) {
       ASSERT_FALSE(other.isTile());
       for (int i = 0; i < kBrickVoxels; ++i) ASSERT_EQ(brick.phi(i), other.brick()->phi(i ^ 0x1c0));
     });
+  };
+  tests::forEachSimdTarget([&](const std::string& name) {
+    check(name, 10);
+    check(name, 33);  // bricks as pieces of the plane
   });
+}
+
+// A large blade takes what lies in a brick as one piece: its plane is that of the voxels, bumps, walls and all.
+TEST(Level, ALargeBladeLevelsAsASmallOneDoes) {
+  const Version block = makeBlock(Store::make(), Grid{}, Vec3d(0, 0, -20), {120, 120, 40}, 1);
+  std::vector<Stamp> bumps;
+  std::mt19937_64 random(9);
+  std::uniform_real_distribution<double> u(-1, 1);
+  for (int i = 0; i < 60; ++i) {
+    const Vec3d at(90 * u(random), 90 * u(random), -4);
+    bumps.push_back({at, at, 6, 1});
+  }
+  const Version base = apply(block, Brush::of(Method::add), bumps);
+  double low[2] = {9, 9}, high[2] = {-9, -9};
+  for (const double radius : {31.9, 32.0}) {
+    const Version after = apply(base, Brush::of(Method::scrape), line({-30, 0, 0}, {30, 0, 0}, radius), 6);
+    for (int x = -30; x <= 30; x += 3)
+      for (int y = -12; y <= 12; y += 3) {
+        const double z = heightAt(after, x, y);
+        low[radius == 32] = std::min(low[radius == 32], z), high[radius == 32] = std::max(high[radius == 32], z);
+      }
+  }
+  std::printf("heights after scraping: voxels %.3f to %.3f, bricks %.3f to %.3f\n", low[0], high[0], low[1], high[1]);
+  EXPECT_NEAR(low[0], low[1], 0.05);
+  EXPECT_NEAR(high[0], high[1], 0.05);
+  EXPECT_LT(high[1], 1.0);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// What tips other than the ball promise.
+// What swept tips promise.
 
 #include <gtest/gtest.h>
 
@@ -160,6 +160,89 @@ TEST(Wax, CostsItsSurfaceAndRunsIntoTheClayAlone) {
   });
   EXPECT_EQ(lower, 0);
   EXPECT_GT(higher, 200);
+}
+
+// Distance of a place from all that a stroke swept, as the kernels say it of one segment.
+double sweptDistance(const std::vector<Stamp>& stamps, const Vec3d& p) {
+  double least = HUGE_VAL;
+  for (const Stamp& s : stamps) {
+    const Vec3d d = s.b - s.a;
+    const double t = d.squaredNorm() > 0 ? std::clamp((p - s.a).dot(d) / d.squaredNorm(), 0.0, 1.0) : 0;
+    least = std::min(least, (p - s.a - t * d).norm() - (s.radius + t * (s.radiusAtEnd() - s.radius)));
+  }
+  return least;
+}
+
+// A stroke as hands make them: most stamps go on from where the last one ended, some jump, rest, turn back or change
+// their size, between two or on the way.
+std::vector<Stamp> wandering(uint32_t seed) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> u(-1, 1), part(0, 1);
+  std::vector<Stamp> stamps;
+  Vec3d at(u(random), u(random), u(random));
+  double radius = 6 + 10 * part(random);
+  for (int i = 0; i < 8; ++i) {
+    if (part(random) < 0.15) at += 20 * Vec3d(u(random), u(random), u(random));
+    if (part(random) < 0.25) radius = 6 + 10 * part(random);
+    Stamp stamp{at, at + 12 * Vec3d(u(random), u(random), u(random)), radius, 1};
+    if (part(random) < 0.15) stamp.b = stamp.a;
+    if (part(random) < 0.3) stamp.endRadius = radius = 6 + 10 * part(random);
+    at = stamp.b;
+    stamps.push_back(stamp);
+  }
+  return stamps;
+}
+
+TEST(Sweep, AStrokeThatWandersIsAllThatItsTipSwept) {
+  int goesOn = 0, all = 0;
+  for (uint32_t seed = 0; seed < tests::byTier(12u, 400u); ++seed) {
+    const std::vector<Stamp> stamps = wandering(seed);
+    for (const Method method : {Method::add, Method::carve}) {
+      const bool carves = method == Method::carve;
+      auto store = Store::make();
+      const Version base =
+          carves ? makeBlock(store, Grid{}, Vec3d::Zero(), {90, 90, 90}, 0) : Version::empty(std::move(store), Grid{});
+      auto brush = std::make_shared<Brush>(*Brush::of(method));
+      BrushStroke stroke(base, brush);
+      for (const Stamp& each : stamps) stroke.apply(each);
+      const Version after = stroke.finish();
+      int wrong = 0;
+      after.forEachBrick([&](const Brick& brick) {
+        for (int i = 0; i < kBrickVoxels; ++i) {
+          const Vec3d p = (brick.coord * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7}).toVec3d();
+          const double expected = (carves ? -1 : 1) * sweptDistance(stamps, p);
+          if (p.cwiseAbs().maxCoeff() > 80 || std::abs(expected) > 2.5) continue;
+          wrong += std::abs(expected) > 0.2 && (brick.phi(i) < 0) != (expected < 0);
+        }
+      });
+      EXPECT_EQ(wrong, 0) << "seed " << seed << (carves ? " carve" : " add");
+      ++all;
+    }
+    for (size_t i = 1; i < stamps.size(); ++i) goesOn += stamps[i].a == stamps[i - 1].b;
+  }
+  std::printf("%d strokes; %d stamps went on from the last\n", all, goesOn);
+}
+
+TEST(Sweep, WhatLiesBehindATipThatGoesOnIsNotLookedAtAgain) {
+  const Version base = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), 60);
+  for (const Method method : {Method::carve, Method::add, Method::wax}) {
+    uint64_t touched[2];
+    for (const bool backwards : {false, true}) {
+      auto brush = std::make_shared<Brush>(*Brush::of(method));
+      brush->blend = method == Method::wax ? 3 : 0;
+      BrushStroke stroke(base, brush);
+      for (int i = 0; i < 8; ++i) {
+        Stamp stamp{{125, 8.0 * i, 0}, {125, 8.0 * (i + 1), 0}, 40, 1};
+        if (backwards) std::swap(stamp.a, stamp.b);  // the same tip, but it begins where nothing ended
+        stroke.apply(stamp);
+      }
+      touched[backwards] = stroke.touched();
+      (void)stroke.finish();
+    }
+    std::printf("method %d: bricks of 8 stamps %llu, each by itself %llu\n", static_cast<int>(method),
+                static_cast<unsigned long long>(touched[0]), static_cast<unsigned long long>(touched[1]));
+    EXPECT_LT(touched[0], touched[1] * 4 / 5);
+  }
 }
 
 }  // namespace
