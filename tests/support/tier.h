@@ -16,4 +16,10 @@ template <class Number>
   return longTier() ? inLongTier : always;
 }
 
+/// Rounds of a test that damages things by chance: as many as ARGIL_ROUNDS says, for a soak.
+[[nodiscard]] inline int rounds(int always, int inLongTier) {
+  const char* word = std::getenv("ARGIL_ROUNDS");
+  return word != nullptr ? std::atoi(word) : byTier(always, inLongTier);
+}
+
 }  // namespace argil::tests

@@ -23,7 +23,7 @@ namespace {
 constexpr uint32_t kSeed = 20265;
 
 int rounds() {
-  return tests::byTier(20, 200);
+  return tests::rounds(20, 200);
 }
 
 /// One to four changes: bytes, words of extreme size, digits of its JSON, pieces cut out or doubled, an early end.
