@@ -1,9 +1,11 @@
 #pragma once
 // Inside of a version: the tree of nodes. For this module's files alone; others read through Version and Sampler.
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <mutex>
+#include <utility>
 #include <vector>
 
 #include "clay/store/object_stock.h"

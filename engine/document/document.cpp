@@ -261,6 +261,7 @@ haptics::Scene sceneOf(const Document& document, const haptics::Scene& base, con
     }
   } else {
     for (const Piece& piece : document.pieces) {
+      if (scene.pieces.size() >= haptics::kMaxPieces) break;
       if (piece.visible && &piece != worked) addPiece(piece);
     }
   }
