@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -72,6 +73,43 @@ TEST(StoreMemory, AModelThatIsEditedHasStockWaitingForIt) {
   EXPECT_EQ(grownInStroke, 0u);
   model = stroke.finish();
   EXPECT_GT(model.store()->usage().slabBytes, born);
+}
+
+// A stamp of a large tip takes many chunks at once: what the last one took is there for the next.
+TEST(StoreMemory, StockIsAsMuchAsStampsTakeUpToABound) {
+  Version model = ball(150);
+  collectAll(*model.store());
+  const auto bytes = [&] { return model.store()->usage().slabBytes; };
+  uint64_t inStroke = 0, between = 0;
+  std::vector<Version> kept;
+  {
+    BrushStroke stroke(model, Brush::of(Method::add));
+    for (int i = 0; i < 16; ++i) {
+      const auto at = [](int k) { return Vec3d(150 * std::cos(0.1 * k), 150 * std::sin(0.1 * k), 0); };
+      const uint64_t before = bytes();
+      stroke.apply({at(i), at(i + 1), 110});
+      kept.push_back(stroke.publish());
+      const uint64_t after = bytes();
+      collectAll(*model.store());
+      if (i > 3) inStroke += after - before, between += bytes() - after;
+    }
+    model = stroke.finish();
+  }
+  EXPECT_LT(inStroke, between / 4) << "bytes from the system in stamps, and between them";
+  // What took all of a large model at once calls for no second one.
+  kept.clear();
+  collectAll(*model.store());
+  Version large = ball(320);
+  collectAll(*large.store());
+  Editor editor(large);
+  std::array<float, kBrickVoxels> half;
+  half.fill(0.5f);
+  large.forEachBrick([&](const Brick& brick) { editor.setVoxels(brick.coord, half); });
+  const Version all = editor.commit();
+  const uint64_t before = large.store()->usage().slabBytes;
+  collectAll(*large.store());
+  EXPECT_GT(before, uint64_t{120} << 20);
+  EXPECT_LE(large.store()->usage().slabBytes - before, uint64_t{40} << 20);
 }
 
 TEST(StoreMemory, CollectingIsAskedForWhenThereIsSomethingToFree) {
