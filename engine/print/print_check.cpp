@@ -44,6 +44,13 @@ const PrintProcess& printProcess(std::string_view id) {
   throw Error(fmt::format("there is no way to print called '{}': known are {}", id, known));
 }
 
+PrintProcess printProcess(const PrintWish& wish) {
+  PrintProcess process = printProcess(wish.process);
+  process.wallMm = wish.wallMm.value_or(process.wallMm);
+  process.gapMm = wish.gapMm.value_or(process.gapMm);
+  return process;
+}
+
 int PrintReport::troubles(const PrintProcess& process) const {
   const auto closed =
       std::any_of(slices.traps.begin(), slices.traps.end(), [](const clay::Trap& trap) { return trap.closed; });

@@ -2,7 +2,9 @@
 // What stands in the way of printing a piece, before a slicer says it.
 
 #include <array>
+#include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -28,6 +30,16 @@ inline constexpr size_t kPrintProcesses = 5;
 [[nodiscard]] std::span<const PrintProcess, kPrintProcesses> printProcesses();
 /// Throws Error that lists them.
 [[nodiscard]] const PrintProcess& printProcess(std::string_view id);
+
+inline constexpr double kLeastPrintLimitMm = 0.001, kMostPrintLimitMm = 1000;
+/// A process by its id, with limits of one's own.
+struct PrintWish {
+  std::string process;
+  std::optional<double> wallMm, gapMm;  ///< kLeastPrintLimitMm to kMostPrintLimitMm.
+  friend bool operator==(const PrintWish&, const PrintWish&) = default;
+};
+/// Throws Error for a process that there is none of.
+[[nodiscard]] PrintProcess printProcess(const PrintWish& wish);
 
 struct PrintReport {
   Vec3d lowMm = Vec3d::Zero(), highMm = Vec3d::Zero();  ///< Of the piece as it stands.

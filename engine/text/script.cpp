@@ -1,6 +1,7 @@
 #include "engine/text/script.h"
 
 #include <fmt/format.h>
+#include <array>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -121,6 +122,28 @@ void readSetup(const Place& item, Script& script) {
   }
 }
 
+// Limits of a wish, or of one that is not to be changed, by their keys.
+template <class Wish>
+auto printLimits(Wish& wish) {
+  return std::array{std::pair("wall_mm", &wish.wallMm), std::pair("gap_mm", &wish.gapMm)};
+}
+
+PrintWish readPrint(const Place& place) {
+  place.keys({"process", "wall_mm", "gap_mm"});
+  PrintWish wish;
+  const Place process = place.at("process");
+  wish.process = process.text();
+  try {
+    static_cast<void>(printProcess(wish.process));
+  } catch (const Error& error) {
+    process.fail(error.what());
+  }
+  for (const auto& [key, limit] : printLimits(wish)) {
+    if (const auto given = place.maybe(key)) *limit = given->number(kLeastPrintLimitMm, kMostPrintLimitMm);
+  }
+  return wish;
+}
+
 // [t, x, y, z], then a pressure, a quaternion, or both.
 PathPoint readPoint(const Place& row) {
   const auto numbers = row.items();
@@ -194,7 +217,7 @@ Script parseScript(std::string_view text, const std::string& name) {
   const json root =
       parseJson(text, name, "a script is {\"argil\": 1, \"units\": \"mm\", \"setup\": [...], \"strokes\": [...]}");
   const Place place(root, name, "");
-  place.keys({"argil", "units", "setup", "strokes"});
+  place.keys({"argil", "units", "setup", "strokes", "print"});
   const Place format = place.at("argil");
   if (!format.value().is_number_integer() || format.value() != 1) format.fail("this program reads scripts of format 1");
   if (place.at("units").text() != "mm") place.at("units").fail("must be \"mm\"");
@@ -213,6 +236,7 @@ Script parseScript(std::string_view text, const std::string& name) {
     script.operations.push_back(readOperation(step));
     script.operations.back().before = script.strokes.size();
   }
+  if (const auto print = place.maybe("print")) script.print = readPrint(*print);
   return script;
 }
 
@@ -285,7 +309,17 @@ std::string formatScript(const Script& script) {
     text += (text.back() == '[' ? "\n" : ",\n") + line.dump();
   }
   putOperations(SIZE_MAX);
-  return text + "\n]}\n";
+  text += "\n]";
+  if (script.print) {
+    nlohmann::ordered_json print{{"process", script.print->process}};
+    for (const auto& [key, limit] : printLimits(*script.print)) {
+      if (!*limit) continue;
+      checkFinite(std::isfinite(**limit));
+      print[key] = **limit;
+    }
+    text += ", \"print\": " + print.dump();
+  }
+  return text + "}\n";
 }
 
 void writeScript(const std::filesystem::path& path, const Script& script) {

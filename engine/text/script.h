@@ -14,6 +14,7 @@
 #include "engine/document/document.h"
 #include "engine/document/stroke_images.h"
 #include "engine/document/tool.h"
+#include "engine/print/print_check.h"
 #include "engine/text/guide_setup.h"
 #include "engine/tools/path_point.h"
 #include "engine/tools/piece_jobs.h"
@@ -107,7 +108,8 @@ using ClaySetup = std::variant<std::monostate, BlockSetup, SphereSetup, ImportSe
 /// `"direction": [x, y, z]` and `"closed": true`, and of a lattice (whose points go z fastest, then y, then x) the
 /// `"box": [lx, ly, lz, hx, hy, hz]` of the piece that they begin as; of a row that makes a piece `"name": "Ring"`,
 /// `"centre_mm": [x, y, z]`, `"axis": [x, y, z]`. The clay of the setup is the piece "Clay"; a script that begins with
-/// a new piece needs no setup. Places are world mm.
+/// a new piece needs no setup. Places are world mm. `"print": {"process": "sla", "wall_mm": 1.2, "gap_mm": 0.5}` asks
+/// what stands in the way of printing the pieces that there are in the end.
 struct Script {
   std::optional<double> voxelMm;
   clay::Precision precision = clay::Precision::float32;  ///< `{"bits": 16}`: half the memory.
@@ -120,6 +122,7 @@ struct Script {
   std::vector<GuideSetup> guides;      ///< What a hand is held by.
   std::vector<ScriptStroke> strokes;
   std::vector<ScriptOperation> operations;  ///< In order.
+  std::optional<PrintWish> print;           ///< What is looked at in the pieces that the script leaves.
 
   /// How new clay is made, as the script asks for it: its own "bits", else its quality's.
   [[nodiscard]] clay::Precision bits() const {

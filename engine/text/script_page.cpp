@@ -20,6 +20,12 @@ constexpr std::array kFields{
     ScriptField{"script", "setup", "list",
                 "What there is before the first stroke: objects of one key each, every key at most once."},
     ScriptField{"script", "strokes", "list", "Strokes and operations, done in this order. Needed."},
+    ScriptField{"script", "print", "object",
+                "What stands in the way of printing the pieces that there are in the end: told, and in the report."},
+    ScriptField{"print", "process", "\"sla\", \"fdm\", \"sls\", \"metal\" or \"casting\"",
+                "The way to print, with its limits; `argil inspect --print` knows the same. Needed."},
+    ScriptField{"print", "wall_mm", "0.001 to 1000", "The thinnest wall. Left out: that of the process."},
+    ScriptField{"print", "gap_mm", "0.001 to 1000", "The narrowest gap. Left out: that of the process."},
     ScriptField{"setup", "voxel_mm", "0.001 to 1000",
                 "Edge of a voxel. Left out: 0.5, or 256 voxels along the longest side of an import."},
     ScriptField{"setup", "bits", "16 or 32", "Of a voxel's distance; 16 takes half the memory. Left out: 32."},
@@ -190,6 +196,8 @@ A groove, a ridge laid onto the clay, and the whole smoothed:
       "New pieces that become one:\n\n```json\n{}\n```\n\n## The script\n",
       kExamples[0], kExamples[1], kExamples[2]);
   fields(page, "script");
+  page += "\n`print`:\n";
+  fields(page, "print");
   page += "\n## Setup\n";
   fields(page, "setup");
   page += "\n`block`:\n";

@@ -22,6 +22,7 @@
 #include "io/bytes/input.h"
 #include "io/models/mesh_writer.h"
 #include "render/renderer/renderer.h"
+#include "ui3d/cli/inspect_print.h"
 #include "ui3d/cli/progress.h"
 #include "ui3d/cli/show_document.h"
 #include "ui3d/cli/verbs.h"
@@ -212,8 +213,23 @@ ordered_json clayJson(const clay::Version& version) {
           {"hash", fmt::format("{:016x}", version.hash())}};
 }
 
+// What stands in the way of printing the pieces that are seen, told and for the report; null where nobody asked.
+ordered_json printOf(const engine::Script& script, const engine::Document& document, Job* job) {
+  if (!script.print) return {};
+  const engine::PrintProcess process = engine::printProcess(*script.print);
+  ordered_json all = ordered_json::array();
+  for (const engine::Piece& piece : document.pieces) {
+    if (!piece.visible || piece.version.stats().bricks == 0) continue;
+    const engine::PrintReport report = engine::checkPrint(piece.version, piece.pose, process, job);
+    fmt::print("{}: ", io::displayName(piece.name));
+    sayPrint(process, report);
+    all.push_back({{"name", piece.name}, {"print", printJson(process, report)}});
+  }
+  return all;
+}
+
 ordered_json reportJson(const engine::RunReport& run, const std::vector<Figures>& pieces,
-                        const clay::TopologyReport& skin, const clay::Version& version) {
+                        const clay::TopologyReport& skin, const clay::Version& version, const ordered_json& print) {
   ordered_json json;
   json["strokes"] = run.strokes;
   json["points"] = run.points;
@@ -245,6 +261,7 @@ ordered_json reportJson(const engine::RunReport& run, const std::vector<Figures>
   for (const Figures& piece : pieces)
     json["pieces"].push_back(
         {{"name", piece.name}, {"surface", surfaceJson(piece.skin)}, {"clay", clayJson(piece.version)}});
+  if (!print.is_null()) json["print"] = print;
   json["notes"] = run.notes;
   return json;
 }
@@ -324,6 +341,7 @@ void sculpt(const SculptOptions& options) {
   if (pieces.empty()) throw Error(fmt::format("{}: leaves no piece that is seen", io::displayName(options.script)));
   const clay::TopologyReport skin = together(pieces);
   printTable(report, pieces, skin, options);
+  const ordered_json print = printOf(script, *session.document(), options.job);
   if (!options.png.empty()) {
     render::Overlays overlays;
     if (simple) {
@@ -370,7 +388,7 @@ void sculpt(const SculptOptions& options) {
     engine::writeScript(options.record, recorded);
   }
   if (!options.report.empty()) {
-    const std::string text = reportJson(report, pieces, skin, session.version()).dump(2) + "\n";
+    const std::string text = reportJson(report, pieces, skin, session.version(), print).dump(2) + "\n";
     io::AtomicFile out(options.report);
     out.write(std::as_bytes(std::span(text)));
     out.commit();

@@ -47,6 +47,43 @@ TEST_F(PrintCheck, AThinPlateIsToldWithItsPlace) {
   EXPECT_EQ(json::parse(own.out)["pieces"][0]["print"]["troubles"], 0);
 }
 
+TEST_F(PrintCheck, AScriptAsksForIt) {
+  const std::string script = (scratch_ / "asks.json").string(), report = (scratch_ / "report.json").string(),
+                    recorded = (scratch_ / "recorded.json").string(), clay = (scratch_ / "clay.argil").string();
+  const auto put = [&](const std::string& print) {
+    std::ofstream(script)
+        << R"({"argil": 1, "units": "mm", "setup": [{"voxel_mm": 0.25}, {"block": {"size_mm": [20, 20, 0.6]}}],
+    "strokes": [{"operation": "ball", "radius_mm": 5, "centre_mm": [0, 0, 20], "name": "Ball"}], "print": )"
+        << print << "}";
+  };
+  put(R"({"process": "sla", "wall_mm": 0.9})");
+  const Outcome said = argil({"sculpt", script, "--report", report, "--record", recorded});
+  ASSERT_EQ(said.code, 0) << said.err;
+  EXPECT_NE(said.out.find("Clay: printed in resin"), std::string::npos) << said.out;
+  EXPECT_NE(said.out.find("thinner than 0.9 mm"), std::string::npos) << said.out;
+  // Each piece by itself; what is written back asks the same.
+  for (const std::string& each : {script, recorded}) {
+    ASSERT_EQ(argil({"sculpt", each, "--report", report}).code, 0);
+    std::ifstream in(report);
+    const json print = json::parse(in)["print"];
+    ASSERT_EQ(print.size(), 2u);
+    EXPECT_EQ(print[0]["name"], "Clay");
+    EXPECT_EQ(print[0]["print"]["walls"]["limit_mm"], 0.9);
+    EXPECT_EQ(print[0]["print"]["walls"]["parts"].size(), 1u);
+    EXPECT_EQ(print[1]["name"], "Ball");
+    EXPECT_EQ(print[1]["print"]["walls"]["parts"].size(), 0u);
+  }
+  for (const char* bad : {R"({"process": "clay"})", R"({"wall_mm": 1})", R"({"process": "sla", "wall_mm": 0})",
+                          R"({"process": "sla", "gap_mm": 1001})", R"({"process": "sla", "walls": 1})", "[]"}) {
+    put(bad);
+    const Outcome refused = argil({"sculpt", script, "-o", clay});
+    EXPECT_EQ(refused.code, 2) << bad;
+    EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
+    EXPECT_NE(refused.err.find("asks.json: print"), std::string::npos) << refused.err;
+    EXPECT_FALSE(fs::exists(clay)) << bad;
+  }
+}
+
 TEST_F(PrintCheck, AMouldsUndercutsAreTold) {
   // A bore across z and along y.
   std::ofstream(scratch_ / "bored.json")
