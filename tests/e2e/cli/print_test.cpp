@@ -53,7 +53,7 @@ TEST_F(PrintCheck, AScriptAsksForIt) {
   const auto put = [&](const std::string& print) {
     std::ofstream(script)
         << R"({"argil": 1, "units": "mm", "setup": [{"voxel_mm": 0.25}, {"block": {"size_mm": [20, 20, 0.6]}}],
-    "strokes": [{"operation": "ball", "radius_mm": 5, "centre_mm": [0, 0, 20], "name": "Ball"}], "print": )"
+    "strokes": [{"operation": "cylinder", "radius_mm": 5, "height_mm": 10, "centre_mm": [0, 0, 20], "name": "Post"}], "print": )"
         << print << "}";
   };
   put(R"({"process": "sla", "wall_mm": 0.9})");
@@ -70,7 +70,7 @@ TEST_F(PrintCheck, AScriptAsksForIt) {
     EXPECT_EQ(print[0]["name"], "Clay");
     EXPECT_EQ(print[0]["print"]["walls"]["limit_mm"], 0.9);
     EXPECT_EQ(print[0]["print"]["walls"]["parts"].size(), 1u);
-    EXPECT_EQ(print[1]["name"], "Ball");
+    EXPECT_EQ(print[1]["name"], "Post");
     EXPECT_EQ(print[1]["print"]["walls"]["parts"].size(), 0u);
   }
   for (const char* bad : {R"({"process": "clay"})", R"({"wall_mm": 1})", R"({"process": "sla", "wall_mm": 0})",
