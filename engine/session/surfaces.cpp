@@ -76,9 +76,10 @@ Surfaces::~Surfaces() {
 void Surfaces::follow(const Document& document, int64_t oldestSampleNs, int threads) {
   std::exception_ptr failure;
   failedNow_.clear();
-  takeArrived(failure);
+  const bool arrived = takeArrived(failure);
   ownNow_ = 0;
-  if (document.stroke != 0 && document.stroke == seenStroke_ && !failure) {
+  if (document.stroke != 0 && document.stroke == seenStroke_ && !arrived && !failure) {
+    ++looks_;
     followPlace(document, seenPlace_, oldestSampleNs != 0, threads, failure);
     endFollowing(oldestSampleNs, failure);
     return;
@@ -106,6 +107,7 @@ void Surfaces::follow(const Document& document, int64_t oldestSampleNs, int thre
     for (size_t i = 0; i < seen_.size(); ++i) seen_[i].piece = document.pieces[i].id;
   }
   bool all = true;
+  looks_ += seen_.size();
   for (size_t i = 0; i < seen_.size(); ++i) {
     if (document.pieces[i].id == document.active) seenPlace_ = i;
     // An address is enough: what is followed is held.
@@ -113,24 +115,27 @@ void Surfaces::follow(const Document& document, int64_t oldestSampleNs, int thre
     if (seen_[i].record && seen_[i].record == piece.version.record() &&
         seen_[i].rotation.coeffs() == piece.pose.rotation.coeffs())
       continue;
-    followPlace(document, i, oldestSampleNs != 0, threads, failure);
-    all = all && (seen_[i].record || i == seenPlace_);
+    const bool settled = followPlace(document, i, oldestSampleNs != 0, threads, failure);
+    all = all && (settled || i == seenPlace_);
   }
   seenStroke_ = all ? document.stroke : 0;
   endFollowing(oldestSampleNs, failure);
 }
 
-void Surfaces::followPlace(const Document& document, size_t place, bool stroke, int threads,
+// Whether its surface is there, or in the helper's hands until takeArrived() says so.
+bool Surfaces::followPlace(const Document& document, size_t place, bool stroke, int threads,
                            std::exception_ptr& failure) {
   const Piece& piece = document.pieces[place];
   seen_[place].record = nullptr;
-  if (failedNow_.contains(piece.id)) return;
+  if (failedNow_.contains(piece.id)) return false;
   try {
     if (followOne(piece, stroke, threads)) seen_[place] = {piece.id, piece.version.record(), piece.pose.rotation};
+    return true;
   } catch (...) {
     // Half a surface is none: it comes whole when it comes again.
     followed_.erase(piece.id);
     if (!failure) failure = std::current_exception();
+    return false;
   }
 }
 
@@ -222,8 +227,8 @@ void Surfaces::letGo(std::unique_ptr<Followed> old) {
 }
 
 // One that was sent back by a piece that is gone or comes anew otherwise is dropped.
-void Surfaces::takeArrived(std::exception_ptr& failure) {
-  if (!arrived_.exchange(false)) return;
+bool Surfaces::takeArrived(std::exception_ptr& failure) {
+  if (!arrived_.exchange(false)) return false;
   std::deque<Task> done;
   {
     const std::lock_guard lock(mutex_);
@@ -248,6 +253,7 @@ void Surfaces::takeArrived(std::exception_ptr& failure) {
     one.deltas.push_back(std::move(task.delta));
     deliver(task.piece, std::move(one));
   }
+  return true;
 }
 
 void Surfaces::help() {

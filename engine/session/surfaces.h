@@ -70,6 +70,9 @@ class Surfaces {
   [[nodiscard]] bool behind() const { return away_.load() > 0; }
   /// Bricks that follow() extracted itself so far, about. The edit thread's.
   [[nodiscard]] uint64_t ownBricks() const { return ownBricks_; }
+  /// Pieces that follow() looked at so far. In a stroke that is the one that is worked on, also while the helper has
+  /// others, and all of them when it brings something. The edit thread's.
+  [[nodiscard]] uint64_t looks() const { return looks_; }
   /// follow() extracts so many bricks at most by itself, but for what a hand does in a stroke: about 10 ms.
   static constexpr uint64_t kMostOwnBricks = 8192;
 
@@ -105,8 +108,8 @@ class Surfaces {
     const clay::VersionRecord* record = nullptr;                   // that is followed; null: look closer
     Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();  // of the piece then
   };
-  void takeArrived(std::exception_ptr& failure);
-  void followPlace(const Document& document, size_t place, bool stroke, int threads, std::exception_ptr& failure);
+  bool takeArrived(std::exception_ptr& failure);
+  bool followPlace(const Document& document, size_t place, bool stroke, int threads, std::exception_ptr& failure);
   void endFollowing(int64_t oldestSampleNs, const std::exception_ptr& failure);
   bool followOne(const Piece& piece, bool stroke, int threads);
   void deliver(Id piece, Waiting one);
@@ -127,6 +130,7 @@ class Surfaces {
   std::vector<Seen> seen_;            // by place in the document
   // of the document that was followed last, all of whose pieces were as it has them, but for this place
   uint64_t seenStroke_ = 0;
+  uint64_t looks_ = 0;
   size_t seenPlace_ = 0;
   uint64_t nextTask_ = 1, ownBricks_ = 0, ownNow_ = 0;
 

@@ -120,6 +120,33 @@ TEST_F(SurfacesTest, ManyPiecesTogetherAreNoMoreThanALargeOne) {
   for (const Piece& piece : document.pieces) EXPECT_TRUE(picture.shows(piece.id, piece.version)) << piece.id;
 }
 
+// A helper on a busy machine may have them for long.
+TEST_F(SurfacesTest, AStrokeLooksAtOnePieceAlsoWhileTheHelperHasOthers) {
+  const clay::Version plain = ball(20), cut = dabbed(plain, Vec3d(20, 0, 0), 4);
+  std::vector<clay::Version> versions(200, ball(3));
+  versions.front() = plain;
+  const size_t large = 8;
+  for (size_t i = 0; i < large; ++i) versions.push_back(ball(120));
+  Document document = with(versions);
+  ASSERT_EQ(document.active, document.pieces[0].id);
+  document.stroke = 7;
+  surfaces.follow(document, 1);
+  EXPECT_TRUE(surfaces.behind());
+  const uint64_t before = surfaces.looks();
+  constexpr uint64_t kTurns = 300;
+  for (uint64_t i = 0; i < kTurns; ++i) {
+    document.pieces[0].version = i % 2 == 0 ? cut : plain;
+    surfaces.follow(document, 1);
+    picture.take(surfaces);
+    if (i < 2) {
+      EXPECT_TRUE(picture.shows(document.active, document.pieces[0].version));
+    }
+  }
+  EXPECT_LE(surfaces.looks() - before, kTurns + large * versions.size());
+  settle(document);
+  for (const Piece& piece : document.pieces) EXPECT_TRUE(picture.shows(piece.id, piece.version)) << piece.id;
+}
+
 // The helper still has it when it goes, or is asked for anew.
 TEST_F(SurfacesTest, WhatComesBackTooLateIsDropped) {
   const Document document = with({ball(230)}), empty;
