@@ -223,6 +223,23 @@ TEST(Sweep, AStrokeThatWandersIsAllThatItsTipSwept) {
   std::printf("%d strokes; %d stamps went on from the last\n", all, goesOn);
 }
 
+// Another tip than the ball may have turned since: where it goes on it cuts behind as well.
+TEST(Sweep, ABoxThatTurnsWhereItStandsCutsWhatItTurnsInto) {
+  const Version base = makeBlock(Store::make(), Grid{}, Vec3d::Zero(), {60, 60, 60}, 0);
+  auto brush = std::make_shared<Brush>(*Brush::of(Method::carve));
+  brush->tip = Tip::box;
+  BrushStroke stroke(base, brush);
+  Stamp stamp{{0, 0, 0}, {0, 0, 0}, 10, 1};
+  stroke.apply(stamp);
+  stamp.axes = Eigen::AngleAxisf(float(M_PI / 4), Vec3f::UnitZ()).toRotationMatrix();
+  stroke.apply(stamp);
+  const Version after = stroke.finish();
+  Sampler field(after);
+  EXPECT_GT(field.trilinear(Vec3d(8, 8, 0)), 0.5f);   // a corner of the first
+  EXPECT_GT(field.trilinear(Vec3d(12, 0, 0)), 0.5f);  // of the second
+  EXPECT_LT(field.trilinear(Vec3d(13, 13, 0)), -0.5f);
+}
+
 TEST(Sweep, WhatLiesBehindATipThatGoesOnIsNotLookedAtAgain) {
   const Version base = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), 60);
   for (const Method method : {Method::carve, Method::add, Method::wax}) {
