@@ -21,9 +21,9 @@ constexpr std::array kFields{
                 "What there is before the first stroke: objects of one key each, every key at most once."},
     ScriptField{"script", "strokes", "list", "Strokes and operations, done in this order. Needed."},
     ScriptField{"script", "print", "object",
-                "What stands in the way of printing the pieces that there are in the end: told, and in the report."},
-    ScriptField{"print", "process", "\"sla\", \"fdm\", \"sls\", \"metal\" or \"casting\"",
-                "The way to print, with its limits; `argil inspect --print` knows the same. Needed."},
+                "What stands in the way of printing the pieces that there are in the end: `argil sculpt` tells it, and "
+                "puts it into its report."},
+    ScriptField{"print", "process", "name of a way to print", "With its limits; see below. Needed."},
     ScriptField{"print", "wall_mm", "0.001 to 1000", "The thinnest wall. Left out: that of the process."},
     ScriptField{"print", "gap_mm", "0.001 to 1000", "The narrowest gap. Left out: that of the process."},
     ScriptField{"setup", "voxel_mm", "0.001 to 1000",
@@ -198,6 +198,11 @@ A groove, a ridge laid onto the clay, and the whole smoothed:
   fields(page, "script");
   page += "\n`print`:\n";
   fields(page, "print");
+  page +=
+      "\nWays to print, as `argil inspect --print` knows them:\n\n| name | | walls, mm | gaps, mm "
+      "|\n|---|---|---|---|\n";
+  for (const PrintProcess& each : printProcesses())
+    page += fmt::format("| `{}` | {} | {:g} | {:g} |\n", each.id, each.name, each.wallMm, each.gapMm);
   page += "\n## Setup\n";
   fields(page, "setup");
   page += "\n`block`:\n";

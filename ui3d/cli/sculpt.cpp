@@ -341,7 +341,6 @@ void sculpt(const SculptOptions& options) {
   if (pieces.empty()) throw Error(fmt::format("{}: leaves no piece that is seen", io::displayName(options.script)));
   const clay::TopologyReport skin = together(pieces);
   printTable(report, pieces, skin, options);
-  const ordered_json print = printOf(script, *session.document(), options.job);
   if (!options.png.empty()) {
     render::Overlays overlays;
     if (simple) {
@@ -387,6 +386,8 @@ void sculpt(const SculptOptions& options) {
     if (!options.input.empty()) recorded.clay = engine::ImportSetup{std::filesystem::absolute(options.input)};
     engine::writeScript(options.record, recorded);
   }
+  // What cannot be looked at, limits of too many voxels, takes nothing of the work along: it is written by now.
+  const ordered_json print = printOf(script, *session.document(), options.job);
   if (!options.report.empty()) {
     const std::string text = reportJson(report, pieces, skin, session.version(), print).dump(2) + "\n";
     io::AtomicFile out(options.report);

@@ -73,6 +73,12 @@ TEST_F(PrintCheck, AScriptAsksForIt) {
     EXPECT_EQ(print[1]["name"], "Post");
     EXPECT_EQ(print[1]["print"]["walls"]["parts"].size(), 0u);
   }
+  // What cannot be looked at takes nothing of the work along.
+  put(R"({"process": "sla", "wall_mm": 900})");
+  const Outcome beyond = argil({"sculpt", script, "-o", clay});
+  EXPECT_EQ(beyond.code, 2);
+  EXPECT_EQ(std::count(beyond.err.begin(), beyond.err.end(), '\n'), 1) << beyond.err;
+  EXPECT_TRUE(fs::remove(clay));
   for (const char* bad : {R"({"process": "clay"})", R"({"wall_mm": 1})", R"({"process": "sla", "wall_mm": 0})",
                           R"({"process": "sla", "gap_mm": 1001})", R"({"process": "sla", "walls": 1})", "[]"}) {
     put(bad);

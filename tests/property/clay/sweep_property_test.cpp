@@ -240,6 +240,56 @@ TEST(Sweep, ABoxThatTurnsWhereItStandsCutsWhatItTurnsInto) {
   EXPECT_LT(field.trilinear(Vec3d(13, 13, 0)), -0.5f);
 }
 
+// What a mask covers in part is taken by shares, each time again.
+TEST(Sweep, WhatIsMaskedInPartIsSweptAgain) {
+  Version clay = makeBlock(Store::make(), Grid{}, Vec3d::Zero(), {30, 30, 30}, 0);  // its top at z = 30 voxels
+  Brush half;
+  half.operations = {{.property = Property::mask, .method = Method::set, .amount = 0.5f}};
+  BrushStroke masking(clay, std::make_shared<const Brush>(half));
+  masking.apply({{0, 0, 30}, {0, 0, 30}, 20});
+  clay = masking.finish();
+  double cut[2];
+  for (const int dabs : {1, 2}) {
+    BrushStroke stroke(clay, Brush::of(Method::carve));
+    for (int i = 0; i < dabs; ++i) stroke.apply({{0, 0, 34}, {0, 0, 34}, 6});
+    const Version after = stroke.finish();
+    Sampler field(after);
+    double z = 20;
+    while (field.trilinear(Vec3d(0, 0, z)) < 0) z += 0.01;
+    cut[dabs - 1] = 30 - z;
+  }
+  std::printf("cut by one dab %.2f, by two %.2f voxels\n", cut[0], cut[1]);
+  EXPECT_GT(cut[0], 0.2);
+  EXPECT_GT(cut[1], cut[0] + 0.1);
+}
+
+// The formula of a tip that grows fast on its way is no distance; its slope here is 1.22. New clay of it is redistanced
+// from what it says within a voxel of the surface, which stays.
+TEST(Sweep, ClayOfATipThatGrowsFastIsRedistanced) {
+  BrushStroke stroke(Version::empty(Store::make(), Grid{}), Brush::of(Method::add));
+  Stamp stamp{{0, 0, 0}, {20, 0, 0}, 6, 1};
+  stamp.endRadius = 20;
+  stroke.apply(stamp);
+  const Version after = stroke.finish();
+  Sampler field(after);
+  double steepest = 0;
+  int places = 0;
+  after.forEachBrick([&](const Brick& brick) {
+    for (int i = 0; i < kBrickVoxels; ++i) {
+      if (std::abs(brick.phi(i)) < 1.5f || std::abs(brick.phi(i)) > 2) continue;
+      Vec3f slope;
+      const Coord at = brick.coord * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7};
+      if (at.x < 2 || at.x > 16) continue;  // on its way, away from both ends
+      static_cast<void>(field.trilinear(at.toVec3d() + Vec3d::Constant(0.5), slope));
+      steepest = std::max(steepest, double(slope.norm()));
+      ++places;
+    }
+  });
+  std::printf("steepest slope %.3f at %d places\n", steepest, places);
+  EXPECT_GT(places, 500);
+  EXPECT_LT(steepest, 1.15);
+}
+
 TEST(Sweep, WhatLiesBehindATipThatGoesOnIsNotLookedAtAgain) {
   const Version base = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), 60);
   for (const Method method : {Method::carve, Method::add, Method::wax}) {
