@@ -91,12 +91,12 @@ HWY_INLINE void addEdges(const Floats (&v)[8], Floats (&sum)[3], Floats& n, std:
   (addEdge<i / 4, i % 4>(v, sum, n), ...);
 }
 
-// RMS misfit of a plane to the eight corners, voxels: that of a sphere of four or five voxels.
-constexpr float kLeastBend = 0.04f;
+// RMS misfit of a plane to the eight corners, voxels: that of a sphere of three voxels, and of ten.
+constexpr float kKinkedBend = 0.04f, kLeastBend = 0.013f;
 // Two faces may meet so that the corners lie in a plane; it then has the mean of their slopes.
 constexpr float kLeastSlope = 0.88f;
 
-// kKinked where the field in a cell is no plane of slope 1.
+// kKinkedCell where the field in a cell is no plane of slope 1, kBentCell where it is no plane.
 HWY_INLINE Ints kinkOf(const Floats (&v)[8]) {
   const Tag d;
   const Floats a = hn::Add(v[0], v[1]), b = hn::Add(v[2], v[3]), c = hn::Add(v[4], v[5]), e = hn::Add(v[6], v[7]);
@@ -108,9 +108,12 @@ HWY_INLINE Ints kinkOf(const Floats (&v)[8]) {
                zx = hn::Sub(hn::Add(h, i), hn::Add(f, g)), xyz = hn::Sub(hn::Sub(f, g), hn::Sub(h, i));
   const Floats bend = hn::Add(hn::Add(hn::Mul(xy, xy), hn::Mul(yz, yz)), hn::Add(hn::Mul(zx, zx), hn::Mul(xyz, xyz)));
   const Floats slope = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
-  const auto kinked = hn::Or(hn::Gt(bend, hn::Set(d, 64 * kLeastBend * kLeastBend)),
+  const auto kinked = hn::Or(hn::Gt(bend, hn::Set(d, 64 * kKinkedBend * kKinkedBend)),
                              hn::Lt(slope, hn::Set(d, 16 * kLeastSlope * kLeastSlope)));
-  return hn::IfThenElseZero(hn::RebindMask(IntTag(), kinked), hn::Set(IntTag(), static_cast<int32_t>(kKinked)));
+  const auto bent = hn::Gt(bend, hn::Set(d, 64 * kLeastBend * kLeastBend));
+  const IntTag di;
+  return hn::Or(hn::IfThenElseZero(hn::RebindMask(di, kinked), hn::Set(di, static_cast<int32_t>(kKinkedCell))),
+                hn::IfThenElseZero(hn::RebindMask(di, bent), hn::Set(di, static_cast<int32_t>(kBentCell))));
 }
 
 void CellVertices(const float* corners, const uint16_t* cells, int count, bool kinks, uint32_t* patterns,

@@ -255,12 +255,15 @@ void extractVertices(Sampler& field, const Coord& brick, const BrickInput& input
   // Cells with several loops are rare; they are repaired one by one.
   const CellCases& cases = cellCases();
   size_t vertices = static_cast<size_t>(count), specials = 0;
-  uint16_t kinked[kBrickVoxels];
-  size_t kinks = 0;
+  CreaseCells creases{cells, patterns, count, corners, {}, {}};
+  uint32_t flags = 0;
   for (int i = 0; i < count; ++i) {
-    if ((patterns[i] & kKinked) != 0) {
-      kinked[kinks++] = static_cast<uint16_t>(i);
-      patterns[i] &= ~kKinked;
+    if (patterns[i] > 0xff) {
+      flags |= patterns[i];
+      const uint64_t bit = uint64_t{1} << (cells[i] & 63);
+      if ((patterns[i] & kKinkedCell) != 0) creases.kinked[cells[i] >> 6] |= bit;
+      if ((patterns[i] & kBentCell) != 0) creases.bent[cells[i] >> 6] |= bit;
+      patterns[i] &= 0xff;
     }
     if (!kUnusual[patterns[i]]) continue;
     const CellCase* c = &cases.separated[patterns[i]];
@@ -288,9 +291,7 @@ void extractVertices(Sampler& field, const Coord& brick, const BrickInput& input
   table.vertices = static_cast<uint16_t>(vertices);
   table.specials = {out.specials.data(), specials};
   if (grade == Grade::fine && mayHoldCrease(corners, cells, count)) sharpenVertices(field, brick, wantNormals, out);
-  if (kinks == 0) return;
-  table.readsBeyond = true;
-  crispVertices(field, brick, {cells, patterns, {kinked, kinks}}, wantNormals, out);
+  if (flags != 0) crispVertices(field, brick, creases, wantNormals, out);
 }
 
 void extractQuads(const BrickSigns& signs, const std::array<VertexSource, 8>& sources, ExtractionBuffer& out) {

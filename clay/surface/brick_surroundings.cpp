@@ -1,6 +1,7 @@
 #include "clay/surface/brick_surroundings.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace argil::clay {
 
@@ -20,16 +21,24 @@ void BrickSurroundings::read(Sampler& field, Coord brick, const Range& range) {
     for (int y = low[1]; y <= high[1]; ++y) {
       const int vx = x - kMargin + kBrickEdge, vy = y - kMargin + kBrickEdge;
       const Slot(&row)[3] = slots[vx / kBrickEdge][vy / kBrickEdge];
-      for (int z = low[2]; z <= high[2];) {
-        const int vz = z - kMargin + kBrickEdge, in = vz % kBrickEdge, n = std::min(kBrickEdge - in, high[2] + 1 - z);
-        const Slot slot = row[vz / kBrickEdge];
-        float* out = &phi_[static_cast<size_t>(x * kStepX + y * kStepY + z)];
-        if (const Brick* b = slot.brick())
-          b->read(Brick::offset(vx % kBrickEdge, vy % kBrickEdge, in), n, out, step);
-        else
-          std::fill_n(out, n, slot.phi(0, band));
-        z += n;
-      }
+      const int offset = Brick::offset(vx % kBrickEdge, vy % kBrickEdge, 0);
+      float* out = &phi_[static_cast<size_t>(x * kStepX + y * kStepY)];
+      unsigned inside = 0;
+      // Pieces of one length each: a copy is a few instructions.
+      const auto piece = [&]<int from, int count>(const Slot slot, std::integer_sequence<int, from, count>, int at) {
+        unsigned bits = slot.tile() == Tile::inside ? 0xff : 0;
+        if (const Brick* b = slot.brick()) {
+          b->read(offset + from, count, out + at, step);
+          bits = static_cast<unsigned>(b->inside[offset >> 6] >> (offset & 63));
+        } else {
+          std::fill_n(out + at, count, slot.phi(0, band));
+        }
+        inside |= (bits >> from & ((1u << count) - 1)) << at;
+      };
+      if (first[2] == 0) piece(row[0], std::integer_sequence<int, kBrickEdge - kMargin, kMargin>(), 0);
+      piece(row[1], std::integer_sequence<int, 0, kBrickEdge>(), kMargin);
+      if (last[2] == 2) piece(row[2], std::integer_sequence<int, 0, kMargin + 1>(), kMargin + kBrickEdge);
+      inside_[static_cast<size_t>(x * kVoxels + y)] = static_cast<uint16_t>(inside);
     }
 }
 

@@ -13,15 +13,18 @@ class BrickSurroundings {
  public:
   static constexpr int kMargin = 2;
   static constexpr int kVoxels = kBrickEdge + 1 + 2 * kMargin, kCells = kVoxels - 1;
-  static constexpr int kStepX = kVoxels * kVoxels, kStepY = kVoxels;  ///< From a voxel to the next; 1 along z.
+  static constexpr int kStepY = 16, kStepX = kVoxels * kStepY;  ///< From a voxel to the next; 1 along z.
 
   /// Which voxels are read along each axis; `high` is the last one.
   struct Range {
     std::array<int, 3> low{0, 0, 0}, high{kVoxels - 1, kVoxels - 1, kVoxels - 1};
   };
 
-  /// Reads the voxels in `range`; the others stay unknown. Bricks outside of it are not looked at.
+  /// Reads the voxels in `range`; of others nothing can be told. Bricks outside of it are not looked at.
   void read(Sampler& field, Coord brick, const Range& range);
+
+  /// Bit z: the voxel of that row is inside. Only of what was read.
+  [[nodiscard]] unsigned inside(int x, int y) const { return inside_[static_cast<size_t>(x * kVoxels + y)]; }
 
   /// The distance there, voxels.
   [[nodiscard]] const float* at(int x, int y, int z) const {
@@ -29,7 +32,8 @@ class BrickSurroundings {
   }
 
  private:
-  std::array<float, kVoxels * kVoxels * kVoxels> phi_;
+  std::array<float, kVoxels * kStepX> phi_;
+  std::array<uint16_t, kVoxels * kVoxels> inside_;
 };
 
 }  // namespace argil::clay

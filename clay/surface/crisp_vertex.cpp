@@ -16,127 +16,14 @@ namespace argil::clay {
 
 namespace {
 
-// 1 − cos 32°: a plane that is turned so far from its face is none of it. Faces of tips of five voxels turn by less
-// within the reach of the planes.
-constexpr float kMostTurn = 0.15f;
-// Of the weight of all planes: what has to be turned away from two faces for a third one.
-constexpr float kThirdWeight = 0.1f;
+// A plane that is turned from its face by more than 32° is none of it: faces of tips of five voxels turn by less within
+// the reach of the planes. A tenth of the weight of all planes makes a third face.
+constexpr FaceTurns kTurns{.least = kLeastTurn, .most = 0.15f, .third = 0.1f};
 // What the cell's values may differ from the faces' field, voxels, on the side where that is exact; and for each voxel
 // that they are farther than kNear from the surface.
 constexpr float kMisfit = 0.25f, kNear = 0.4f, kMisfitBeyond = 0.25f;
 // How far the faces may meet from where they were sought, voxels.
-constexpr float kMostWay = 2;
-// Keeps the slope of normals along a face from being read out of planes that stand side by side.
-constexpr float kHeld = 0.05f;
-
-// A plane's place on the surface, in coordinates from the cell's low corner.
-struct Sample {
-  Vec3f foot, normal;
-  float quality, weight;
-};
-
-// Far samples count little: the nearest ones know a curved face best.
-float weightOf(float quality, float squared) {
-  const float d2 = 0.25f + squared;
-  return quality / (d2 * d2);
-}
-
-struct Faces {
-  std::array<std::array<Sample, kMostCrispPlanes>, 2> samples;
-  std::array<size_t, 2> count{};
-  bool third = false;  // Some planes are turned away from both.
-};
-
-// The planes in two groups by their normals: those of the heaviest plane, and of the heaviest one turned from it.
-bool split(const CreaseCell& cell, Faces& faces) {
-  const size_t n = cell.planes.size();
-  std::array<float, kMostCrispPlanes> weight;
-  size_t first = 0, other = n;
-  for (size_t i = 0; i < n; ++i) {
-    weight[i] = weightOf(cell.planes[i].quality, (cell.planes[i].centre - cell.draft).squaredNorm());
-    if (weight[i] > weight[first]) first = i;
-  }
-  float best = 0;
-  for (size_t i = 0; i < n; ++i) {
-    const float t = turn(cell.planes[i].normal, cell.planes[first].normal);
-    if (t > kLeastTurn && weight[i] * t > best) {
-      best = weight[i] * t;
-      other = i;
-    }
-  }
-  if (other == n) return false;
-  std::array<Vec3f, 2> normal{cell.planes[first].normal, cell.planes[other].normal};
-  for (int round = 0; round < 2; ++round) {
-    std::array<Vec3f, 2> sum{Vec3f::Zero(), Vec3f::Zero()};
-    for (size_t i = 0; i < n; ++i) {
-      const Vec3f& each = cell.planes[i].normal;
-      sum[each.dot(normal[1]) > each.dot(normal[0]) ? 1 : 0] += weight[i] * each;
-    }
-    for (size_t k = 0; k < 2; ++k) {
-      const float length = std::sqrt(sum[k].squaredNorm());
-      if (!(length > 1e-6f)) return false;
-      normal[k] = sum[k] * (1 / length);
-    }
-  }
-  if (turn(normal[0], normal[1]) < kLeastTurn) return false;
-  float all = 0, away = 0;
-  for (size_t i = 0; i < n; ++i) {
-    const TangentPlane& plane = cell.planes[i];
-    const float t0 = turn(plane.normal, normal[0]), t1 = turn(plane.normal, normal[1]);
-    all += weight[i];
-    if (std::min(t0, t1) > kMostTurn) {
-      away += weight[i];
-      continue;
-    }
-    const size_t k = t1 < t0 ? 1 : 0;
-    faces.samples[k][faces.count[k]++] = {plane.centre - plane.distance * plane.normal - cell.low, plane.normal,
-                                          plane.quality, weight[i]};
-  }
-  faces.third = away > kThirdWeight * all;
-  return faces.count[0] != 0 && faces.count[1] != 0;
-}
-
-// The mean plane of a face's samples.
-CreaseModel::Face meanFace(std::span<const Sample> samples) {
-  CreaseModel::Face face;
-  float sum = 0;
-  for (const Sample& s : samples) {
-    sum += s.weight;
-    face.gradient += s.weight * s.normal;
-    face.foot += s.weight * s.foot;
-  }
-  const float inverse = 1 / sum;
-  face.gradient *= inverse;
-  face.foot *= inverse;
-  face.offset = -face.gradient.dot(face.foot);
-  return face;
-}
-
-// A face as it is at p. Between two points of a smooth surface the chord is perpendicular to the mean of their normals,
-// but for an error of third order; so each sample says where the face is at p as soon as the normal there is known, and
-// that follows from how the normals turn towards p.
-CreaseModel::Face faceAt(std::span<Sample> samples, const Vec3f& p) {
-  float sum = 0;
-  for (Sample& s : samples) {
-    s.weight = weightOf(s.quality, (s.foot - p).squaredNorm());
-    sum += s.weight;
-  }
-  const CreaseModel::Face mean = meanFace(samples);
-  const Vec3f towards = p - mean.foot;
-  const float length2 = towards.squaredNorm();
-  float spread = 0;
-  Vec3f bend = Vec3f::Zero();
-  for (const Sample& s : samples) {
-    const float along = towards.dot(s.foot - mean.foot);
-    spread += s.weight * along * along;
-    bend += (s.weight * along) * (s.normal - mean.gradient);
-  }
-  Vec3f there = mean.gradient + bend * (length2 / (spread + kHeld * sum * length2 + 1e-12f));
-  there *= 1 / std::sqrt(std::max(there.squaredNorm(), 1e-12f));
-  float value = 0;
-  for (const Sample& s : samples) value += s.weight * (s.normal + there).dot(p - s.foot);
-  return {there, 0.5f * value / sum - there.dot(p), mean.foot};
-}
+constexpr float kMostWay = 1.5f;
 
 Vec3f cornerOf(size_t c) {
   return {static_cast<float>(c >> 2), static_cast<float>((c >> 1) & 1), static_cast<float>(c & 1)};
@@ -148,10 +35,10 @@ struct Corners {
   std::array<std::array<float, 8>, 2> at;
   bool convex = true;
 };
-std::optional<Corners> compare(const CreaseCell& cell, CreaseModel& model) {
+std::optional<Corners> compare(const CreaseCell& cell, CreaseModel& model, float deeper) {
   Corners corners;
-  std::array<int, 2> wrongSigns{};
-  std::array<float, 2> off{};
+  std::array<int, 2> wrongSigns{}, exact{};
+  std::array<float, 2> off{}, depth{};
   for (size_t c = 0; c < 8; ++c) {
     for (size_t k = 0; k < 2; ++k) corners.at[k][c] = model.face[k].at(cornerOf(c));
     const float phi = cell.view.corner(static_cast<int>(c));
@@ -161,14 +48,16 @@ std::optional<Corners> compare(const CreaseCell& cell, CreaseModel& model) {
     wrongSigns[1] += (least < 0) != (phi < 0);
     // A maximum is exact inside and a bound outside; a minimum the other way round.
     const float allowed = kMisfitBeyond * std::max(0.0f, std::abs(phi) - kNear);
-    if (phi < 0)
-      off[0] = std::max(off[0], std::abs(phi - most) - allowed);
-    else
-      off[1] = std::max(off[1], std::abs(phi - least) - allowed);
+    const size_t side = phi < 0 ? 0 : 1;
+    const float apart = side == 0 ? phi - most : least - phi;
+    off[side] = std::max(off[side], std::abs(apart) - allowed);
+    depth[side] += apart;
+    ++exact[side];
   }
   model.findTurns();
   corners.convex = wrongSigns[0] != wrongSigns[1] ? wrongSigns[0] < wrongSigns[1] : model.convex[0][1];
-  if (off[corners.convex ? 0 : 1] > kMisfit) return std::nullopt;
+  const size_t side = corners.convex ? 0 : 1;
+  if (off[side] > kMisfit || depth[side] > deeper * static_cast<float>(exact[side])) return std::nullopt;
   return corners;
 }
 
@@ -210,18 +99,28 @@ bool inCell(const Vec3f& p) {
   return std::min({p.x(), p.y(), p.z()}) >= 0 && std::max({p.x(), p.y(), p.z()}) <= 1;
 }
 
+CreaseModel::Face faceOf(const float* normal, float offset, const float* foot) {
+  return {{normal[0], normal[1], normal[2]}, offset, {foot[0], foot[1], foot[2]}};
+}
+
 // By two faces alone.
-CreaseVertex placeOnTwo(const CreaseCell& cell, Faces& faces) {
-  const std::array<std::span<Sample>, 2> samples{std::span(faces.samples[0].data(), faces.count[0]),
-                                                 std::span(faces.samples[1].data(), faces.count[1])};
+CreaseVertex placeOnTwo(const CreaseCell& cell, const SplitFaces& faces, NearPlanes& planes, float deeper) {
   CreaseModel model;
   model.count = 2;
-  for (size_t k = 0; k < 2; ++k) model.face[k] = meanFace(samples[k]);
+  for (size_t k = 0; k < 2; ++k) {
+    model.face[k] = faceOf(faces.face[k].normal, 0, faces.face[k].foot);
+    model.face[k].offset = -model.face[k].gradient.dot(model.face[k].foot);
+  }
   const Vec3f draft = cell.draft - cell.low;
   const auto about = model.line(0, 1, draft);
   if (!about || (about->start - draft).squaredNorm() > kMostWay * kMostWay) return {};
-  for (size_t k = 0; k < 2; ++k) model.face[k] = faceAt(samples[k], about->start);
-  const std::optional<Corners> corners = compare(cell, model);
+  for (size_t k = 0; k < 2; ++k) {
+    const FaceThere there = faceAt(planes, static_cast<int>(k), about->start.data());
+    model.face[k] = faceOf(there.normal, there.offset, there.foot);
+  }
+  // Faces of a rounding have the same normal where they meet.
+  if (turn(model.face[0].gradient, model.face[1].gradient) < kLeastTurn) return {};
+  const std::optional<Corners> corners = compare(cell, model, deeper);
   if (!corners) return {};
   const Met met = crossingsOf(cell, *corners);
   const auto line = model.line(0, 1, met.middle);
@@ -239,14 +138,28 @@ CreaseVertex placeOnTwo(const CreaseCell& cell, Faces& faces) {
   return found;
 }
 
+// By three faces.
+CreaseVertex placeOnThree(CreaseCell cell, const NearPlanes& planes) {
+  std::array<TangentPlane, kMostNearPlanes> all;
+  size_t count = 0;
+  for (int i = 0; i < planes.count; ++i) {
+    if (planes.quality[i] <= 0) continue;
+    const auto at = [i](const float(&rows)[3][kMostNearPlanes]) { return Vec3f(rows[0][i], rows[1][i], rows[2][i]); };
+    all[count++] = {at(planes.foot) + cell.low, at(planes.normal), 0, planes.quality[i]};
+  }
+  cell.planes = {all.data(), count};
+  return placeAtCrease(cell);
+}
+
 }  // namespace
 
-CreaseVertex placeCrisply(const CreaseCell& cell) noexcept {
-  Faces faces;
-  if (cell.planes.size() < 4 || !split(cell, faces)) return {};
-  const CreaseVertex found = placeOnTwo(cell, faces);
+CreaseVertex placeCrisply(const CreaseCell& cell, NearPlanes& planes, float deeper) noexcept {
+  const Vec3f draft = cell.draft - cell.low;
+  const SplitFaces faces = splitPlanes(planes, draft.data(), kTurns);
+  if (!faces.found) return {};
+  const CreaseVertex found = placeOnTwo(cell, faces, planes, deeper);
   if (found.kind != CreaseVertex::Kind::none || !faces.third) return found;
-  return placeAtCrease(cell);
+  return placeOnThree(cell, planes);
 }
 
 }  // namespace argil::clay

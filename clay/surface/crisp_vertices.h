@@ -2,25 +2,27 @@
 // Vertices of the surface at creases, quickly: the live grade's step after the draft's.
 
 #include <cstdint>
-#include <span>
 
 #include "clay/store/sampler.h"
 #include "clay/surface/brick_extraction.h"
 
 namespace argil::clay {
 
-/// Cells of a brick in the order of their vertices, with their corner patterns; those of them that a crease may cross,
-/// in order.
-struct KinkedCells {
+/// Cells of a brick in the order of their vertices, with their corner patterns, and as words x·64 + y·8 + z those of
+/// them that are kinked and bent (clay/kernels/surface_kernels.h).
+struct CreaseCells {
   const uint16_t* cells;
   const uint32_t* patterns;
-  std::span<const uint16_t> kinked;
+  int count;
+  const float* corners;  ///< Distances at theirs (cornerOffset).
+  uint64_t kinked[8], bent[8];
 };
 
-/// Moves the vertices of kinked cells onto the crease between the two faces that meet there, or onto the face that the
-/// cell is on, and lists the former in out.table.sharp. Changes no count, no order and no quad; none ends farther than
-/// kCrispReach outside of its cell. Cells with several vertices stay as they are. Scalar arithmetic in a fixed order:
-/// equal bits everywhere. About three microseconds a cell. Method: crisp_edges.md.
-void crispVertices(Sampler& field, Coord brick, const KinkedCells& cells, bool wantNormals, ExtractionBuffer& out);
+/// Moves the vertices of cells that a crease crosses onto it, or onto the face that the cell is on, and lists the former
+/// in out.table.sharp. Looks at kinked cells, and at bent ones that share a face with a kinked one. Changes no count, no
+/// order and no quad; none ends farther than kCrispReach outside of its cell. Cells with several vertices stay as they
+/// are. Sets out.table.readsBeyond where other bricks were read. Scalar arithmetic in a fixed order: equal bits
+/// everywhere. Method: crisp_edges.md.
+void crispVertices(Sampler& field, Coord brick, const CreaseCells& cells, bool wantNormals, ExtractionBuffer& out);
 
 }  // namespace argil::clay

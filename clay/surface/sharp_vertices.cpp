@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <bitset>
 #include <optional>
 
 #include "clay/kernels/cell_cases.h"
@@ -120,10 +119,12 @@ void splitAlongCreases(const std::array<VertexSource, 8>& sources, std::span<std
                    [](const VertexSource& s) { return s.table && !s.table->sharp.empty(); }))
     return;
   // Bit by vertex of each source: a look at a list for every corner would cost more than the quads.
-  std::array<std::bitset<kVertexRefIndex + 1>, 8> marks;
-  for (size_t k = 0; k < 8; ++k)
-    if (sources[k].table)
-      for (const uint16_t index : sources[k].table->sharp) marks[k].set(index);
+  uint64_t marks[8][(kVertexRefIndex + 1) / 64];
+  for (size_t k = 0; k < 8; ++k) {
+    if (!sources[k].table) continue;
+    std::fill_n(marks[k], sources[k].table->vertices / 64 + 1, uint64_t{0});
+    for (const uint16_t index : sources[k].table->sharp) marks[k][index >> 6] |= uint64_t{1} << (index & 63);
+  }
   // Bit i: corner i is sharp. Set where the diagonal 1–3 must be taken in place of 0–2.
   constexpr unsigned kTurned = 1u << 0b1010 | 1u << 0b0111 | 1u << 0b1101;
   for (std::array<VertexRef, 4>& quad : quads) {
@@ -131,9 +132,9 @@ void splitAlongCreases(const std::array<VertexSource, 8>& sources, std::span<std
     for (size_t i = 0; i < 4; ++i) {
       // Bits 13 to 15 of a reference are x, y, z.
       const int lower = quad[i] >> kVertexRefBits;
-      on |= static_cast<unsigned>(
-                marks[static_cast<size_t>((lower & 1) << 2 | (lower & 2) | lower >> 2)][quad[i] & kVertexRefIndex])
-            << i;
+      const unsigned index = quad[i] & kVertexRefIndex;
+      const uint64_t word = marks[(lower & 1) << 2 | (lower & 2) | lower >> 2][index >> 6];
+      on |= static_cast<unsigned>(word >> (index & 63) & 1) << i;
     }
     if (kTurned >> on & 1) std::rotate(quad.begin(), quad.begin() + 1, quad.end());
   }

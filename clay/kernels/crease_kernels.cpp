@@ -1,0 +1,357 @@
+#include "clay/kernels/crease_kernels.h"
+
+#include <algorithm>
+#include <cmath>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "clay/kernels/crease_kernels.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace argil::clay::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// Sums are kept in eight parts whatever the target, so that all of them add in one order.
+constexpr int kParts = 8;
+using Tag = hn::CappedTag<float, kParts>;
+using IntTag = hn::RebindToSigned<Tag>;
+using Floats = hn::Vec<Tag>;
+using Ints = hn::Vec<IntTag>;
+constexpr int kVectors = kParts / static_cast<int>(hn::MaxLanes(Tag()));
+static_assert(kPlanePadding % kParts == 0);
+
+// A field much flatter than a distance says little of where the surface is.
+constexpr float kSteep = 0.5f;
+// Cells farther from the surface than this, in voxels, see other faces too.
+constexpr float kNear = 1.5f;
+// Keeps the slope of normals along a face from being read out of planes that stand side by side.
+constexpr float kHeld = 0.05f;
+
+HWY_INLINE Floats dot(Floats ax, Floats ay, Floats az, Floats bx, Floats by, Floats bz) {
+  return hn::Add(hn::Add(hn::Mul(ax, bx), hn::Mul(ay, by)), hn::Mul(az, bz));
+}
+
+struct Sum {
+  Floats part[kVectors];
+  HWY_INLINE Sum() {
+    for (int k = 0; k < kVectors; ++k) part[k] = hn::Zero(Tag());
+  }
+  HWY_INLINE void add(int k, Floats v) { part[k] = hn::Add(part[k], v); }
+  HWY_INLINE float total() const {
+    HWY_ALIGN float v[kParts];
+    for (int k = 0; k < kVectors; ++k) hn::Store(part[k], Tag(), v + k * static_cast<int>(hn::Lanes(Tag())));
+    return ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7]));
+  }
+};
+
+// Calls work(k, i): part k of the sums, elements from i on.
+template <class Work>
+HWY_INLINE void forAll(int padded, const Work& work) {
+  constexpr int lanes = static_cast<int>(hn::MaxLanes(Tag()));
+  for (int i = 0; i < padded; i += kParts)
+    for (int k = 0; k < kVectors; ++k) work(k, i + k * lanes);
+}
+
+// The greatest of all, and where it was first.
+struct Greatest {
+  Floats size[kVectors];
+  Ints at[kVectors];
+  HWY_INLINE Greatest() {
+    for (int k = 0; k < kVectors; ++k) size[k] = hn::Zero(Tag()), at[k] = hn::Set(IntTag(), -1);
+  }
+  HWY_INLINE void take(int k, int i, Floats v) {
+    const auto larger = hn::Gt(v, size[k]);
+    size[k] = hn::IfThenElse(larger, v, size[k]);
+    at[k] = hn::IfThenElse(hn::RebindMask(IntTag(), larger), hn::Iota(IntTag(), i), at[k]);
+  }
+  HWY_INLINE int place() const {
+    HWY_ALIGN float sizes[kParts];
+    HWY_ALIGN int32_t places[kParts];
+    for (int k = 0; k < kVectors; ++k) {
+      const int first = k * static_cast<int>(hn::Lanes(Tag()));
+      hn::Store(size[k], Tag(), sizes + first);
+      hn::Store(at[k], IntTag(), places + first);
+    }
+    int best = 0;
+    for (int i = 1; i < kParts; ++i)
+      if (sizes[i] > sizes[best] || (sizes[i] == sizes[best] && places[i] < places[best])) best = i;
+    return sizes[best] > 0 ? places[best] : -1;
+  }
+};
+
+void CellPlanes(const float* phi, int stepX, int stepY, int margin, const uint16_t* cells, int count,
+                BrickPlanes& out) {
+  const Tag d;
+  const IntTag di;
+  const hn::Rebind<uint16_t, Tag> d16;
+  const Ints low4 = hn::Set(di, 15);
+  const Floats shift = hn::Set(d, 0.5f - static_cast<float>(margin));
+  for (int i = 0; i < count; i += static_cast<int>(hn::Lanes(d))) {
+    const Ints cell = hn::PromoteTo(di, hn::LoadU(d16, cells + i));
+    const Ints x = hn::ShiftRight<8>(cell), y = hn::And(hn::ShiftRight<4>(cell), low4), z = hn::And(cell, low4);
+    const Ints at = hn::Add(hn::Add(hn::Mul(x, hn::Set(di, stepX)), hn::Mul(y, hn::Set(di, stepY))), z);
+    const auto corner = [&](int offset) { return hn::GatherIndex(d, phi + offset, at); };
+    const Floats v0 = corner(0), v1 = corner(1), v2 = corner(stepY), v3 = corner(stepY + 1), v4 = corner(stepX),
+                 v5 = corner(stepX + 1), v6 = corner(stepX + stepY), v7 = corner(stepX + stepY + 1);
+    const Floats a = hn::Add(v0, v1), b = hn::Add(v2, v3), c = hn::Add(v4, v5), e = hn::Add(v6, v7);
+    const Floats f = hn::Sub(v1, v0), g = hn::Sub(v3, v2), h = hn::Sub(v5, v4), k = hn::Sub(v7, v6);
+    const Floats lower = hn::Add(a, b), upper = hn::Add(c, e), quarter = hn::Set(d, 0.25f);
+    const Floats sx = hn::Mul(quarter, hn::Sub(upper, lower)),
+                 sy = hn::Mul(quarter, hn::Sub(hn::Add(b, e), hn::Add(a, c))),
+                 sz = hn::Mul(quarter, hn::Add(hn::Add(f, g), hn::Add(h, k)));
+    const Floats xy = hn::Sub(hn::Sub(a, b), hn::Sub(c, e)), yz = hn::Add(hn::Sub(g, f), hn::Sub(k, h)),
+                 zx = hn::Sub(hn::Add(h, k), hn::Add(f, g)), xyz = hn::Sub(hn::Sub(f, g), hn::Sub(h, k));
+    const Floats bend =
+        hn::Mul(hn::Add(hn::Add(hn::Mul(xy, xy), hn::Mul(yz, yz)), hn::Add(hn::Mul(zx, zx), hn::Mul(xyz, xyz))),
+                hn::Set(d, 1.0f / 64));
+    const Floats length = hn::Sqrt(dot(sx, sy, sz, sx, sy, sz));
+    const Floats scale = hn::Div(hn::Set(d, 1.0f), hn::Max(length, hn::Set(d, kSteep)));
+    const Floats nx = hn::Mul(sx, scale), ny = hn::Mul(sy, scale), nz = hn::Mul(sz, scale);
+    const Floats distance = hn::Mul(hn::Add(lower, upper), hn::Mul(hn::Set(d, 0.125f), scale));
+    const auto known = hn::And(hn::Ge(length, hn::Set(d, kSteep)), hn::Lt(hn::Abs(distance), hn::Set(d, kNear)));
+    const auto foot = [&](Ints place, Floats normal) {
+      return hn::Sub(hn::Add(hn::ConvertTo(d, place), shift), hn::Mul(distance, normal));
+    };
+    hn::StoreU(foot(x, nx), d, out.foot[0] + i);
+    hn::StoreU(foot(y, ny), d, out.foot[1] + i);
+    hn::StoreU(foot(z, nz), d, out.foot[2] + i);
+    hn::StoreU(nx, d, out.normal[0] + i);
+    hn::StoreU(ny, d, out.normal[1] + i);
+    hn::StoreU(nz, d, out.normal[2] + i);
+    hn::StoreU(hn::IfThenElse(known, bend, hn::Set(d, kNoPlane)), d, out.bend + i);
+  }
+}
+
+void Pick(const BrickPlanes& all, const uint16_t* indices, int count, const float* low, NearPlanes& out) {
+  const Tag d;
+  const hn::Rebind<uint16_t, Tag> d16;
+  out.count = count;
+  out.padded = (count + kParts - 1) / kParts * kParts;
+  forAll(out.padded, [&](int, int i) {
+    const Ints at = hn::PromoteTo(IntTag(), hn::LoadU(d16, indices + i));
+    for (int axis = 0; axis < 3; ++axis) {
+      hn::Store(hn::Sub(hn::GatherIndex(d, all.foot[axis], at), hn::Set(d, low[axis])), d, out.foot[axis] + i);
+      hn::Store(hn::GatherIndex(d, all.normal[axis], at), d, out.normal[axis] + i);
+    }
+    hn::Store(hn::GatherIndex(d, all.bend, at), d, out.bend + i);
+  });
+  for (int i = count; i < out.padded; ++i) out.bend[i] = kNoPlane;
+}
+
+int Rate(NearPlanes& planes, float most) {
+  const Tag d;
+  const Floats zero = hn::Zero(d), one = hn::Set(d, 1.0f), inverse = hn::Set(d, 1 / (most * most));
+  int count = 0;
+  forAll(planes.padded, [&](int, int i) {
+    const Floats quality = hn::Max(zero, hn::Sub(one, hn::Mul(hn::Load(d, planes.bend + i), inverse)));
+    hn::Store(quality, d, planes.quality + i);
+    count += static_cast<int>(hn::CountTrue(d, hn::Gt(quality, zero)));
+  });
+  return count;
+}
+
+struct Vector {
+  Floats x, y, z;
+};
+HWY_INLINE Vector load(const float (&rows)[3][kMostNearPlanes], int i) {
+  const Tag d;
+  return {hn::Load(d, rows[0] + i), hn::Load(d, rows[1] + i), hn::Load(d, rows[2] + i)};
+}
+HWY_INLINE Vector set(const float* v) {
+  const Tag d;
+  return {hn::Set(d, v[0]), hn::Set(d, v[1]), hn::Set(d, v[2])};
+}
+HWY_INLINE Floats dot(const Vector& a, const Vector& b) {
+  return dot(a.x, a.y, a.z, b.x, b.y, b.z);
+}
+HWY_INLINE Vector minus(const Vector& a, const Vector& b) {
+  return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
+}
+
+// Far planes count little: the nearest ones know a curved face best.
+HWY_INLINE Floats weightOf(Floats quality, Floats squared) {
+  const Floats d2 = hn::Add(hn::Set(Tag(), 0.25f), squared);
+  return hn::Div(quality, hn::Mul(d2, d2));
+}
+
+struct VectorSum {
+  Sum x, y, z;
+  HWY_INLINE VectorSum() {}
+  HWY_INLINE void add(int k, Floats weight, const Vector& v) {
+    x.add(k, hn::Mul(weight, v.x));
+    y.add(k, hn::Mul(weight, v.y));
+    z.add(k, hn::Mul(weight, v.z));
+  }
+  HWY_INLINE void total(float scale, float* out) const {
+    out[0] = x.total() * scale;
+    out[1] = y.total() * scale;
+    out[2] = z.total() * scale;
+  }
+};
+
+HWY_INLINE float dot3(const float* a, const float* b) {
+  return (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2];
+}
+// False for one without length.
+HWY_INLINE bool normalize(float* v) {
+  const float length = std::sqrt(dot3(v, v));
+  if (!(length > 1e-6f)) return false;
+  for (int axis = 0; axis < 3; ++axis) v[axis] *= 1 / length;
+  return true;
+}
+
+SplitFaces Split(NearPlanes& planes, const float* p, const FaceTurns& turns) {
+  const Tag d;
+  const Floats zero = hn::Zero(d), one = hn::Set(d, 1.0f);
+  SplitFaces split;
+  const Vector about = set(p);
+  Greatest heaviest;
+  forAll(planes.padded, [&](int k, int i) {
+    const Vector to = minus(load(planes.foot, i), about);
+    const Floats weight = weightOf(hn::Load(d, planes.quality + i), dot(to, to));
+    hn::Store(weight, d, planes.weight + i);
+    heaviest.take(k, i, weight);
+  });
+  const int first = heaviest.place();
+  if (first < 0) return split;
+  float normals[2][3];
+  for (int axis = 0; axis < 3; ++axis) normals[0][axis] = planes.normal[axis][first];
+  const Vector start = set(normals[0]);
+  Greatest turned;
+  forAll(planes.padded, [&](int k, int i) {
+    const Floats turn = hn::Sub(one, dot(load(planes.normal, i), start));
+    turned.take(
+        k, i, hn::IfThenElseZero(hn::Gt(turn, hn::Set(d, turns.least)), hn::Mul(hn::Load(d, planes.weight + i), turn)));
+  });
+  const int other = turned.place();
+  if (other < 0) return split;
+  for (int axis = 0; axis < 3; ++axis) normals[1][axis] = planes.normal[axis][other];
+  for (int round = 0; round < 1; ++round) {
+    const Vector n0 = set(normals[0]), n1 = set(normals[1]);
+    VectorSum sums[2];
+    forAll(planes.padded, [&](int k, int i) {
+      const Vector n = load(planes.normal, i);
+      const Floats weight = hn::Load(d, planes.weight + i);
+      const auto second = hn::Gt(dot(n, n1), dot(n, n0));
+      sums[0].add(k, hn::IfThenElse(second, zero, weight), n);
+      sums[1].add(k, hn::IfThenElse(second, weight, zero), n);
+    });
+    for (int face = 0; face < 2; ++face) {
+      sums[face].total(1, normals[face]);
+      if (!normalize(normals[face])) return split;
+    }
+  }
+  if (1 - dot3(normals[0], normals[1]) < turns.least) return split;
+  const Vector n0 = set(normals[0]), n1 = set(normals[1]);
+  Sum all, away, weights[2];
+  VectorSum normal[2], foot[2];
+  forAll(planes.padded, [&](int k, int i) {
+    const Vector n = load(planes.normal, i), f = load(planes.foot, i);
+    const Floats weight = hn::Load(d, planes.weight + i), t0 = hn::Sub(one, dot(n, n0)), t1 = hn::Sub(one, dot(n, n1));
+    const auto none = hn::Gt(hn::Min(t0, t1), hn::Set(d, turns.most)), second = hn::Lt(t1, t0);
+    all.add(k, weight);
+    away.add(k, hn::IfThenElseZero(none, weight));
+    const Floats in = hn::IfThenElse(none, zero, one);
+    const Floats members[2] = {hn::IfThenElse(second, zero, in), hn::IfThenElse(second, in, zero)};
+    for (int face = 0; face < 2; ++face) {
+      hn::Store(members[face], d, planes.member[face] + i);
+      const Floats share = hn::Mul(weight, members[face]);
+      weights[face].add(k, share);
+      normal[face].add(k, share, n);
+      foot[face].add(k, share, f);
+    }
+  });
+  split.third = away.total() > turns.third * all.total();
+  split.found = true;
+  for (int face = 0; face < 2; ++face) {
+    const float sum = weights[face].total();
+    split.found = split.found && sum > 0;
+    const float inverse = 1 / std::max(sum, 1e-30f);
+    normal[face].total(inverse, split.face[face].normal);
+    foot[face].total(inverse, split.face[face].foot);
+  }
+  return split;
+}
+
+FaceThere There(NearPlanes& planes, int which, const float* p) {
+  const Tag d;
+  const Vector place = set(p);
+  FaceThere face;
+  Sum sums;
+  VectorSum normal, foot;
+  forAll(planes.padded, [&](int k, int i) {
+    const Vector f = load(planes.foot, i), to = minus(f, place);
+    const Floats quality = hn::Mul(hn::Load(d, planes.quality + i), hn::Load(d, planes.member[which] + i));
+    const Floats weight = weightOf(quality, dot(to, to));
+    hn::Store(weight, d, planes.weight + i);
+    sums.add(k, weight);
+    normal.add(k, weight, load(planes.normal, i));
+    foot.add(k, weight, f);
+  });
+  const float sum = sums.total(), inverse = 1 / std::max(sum, 1e-30f);
+  float mean[3], towards[3];
+  normal.total(inverse, mean);
+  foot.total(inverse, face.foot);
+  for (int axis = 0; axis < 3; ++axis) towards[axis] = p[axis] - face.foot[axis];
+  const float length2 = dot3(towards, towards);
+  const Vector middle = set(face.foot), way = set(towards), meanNormal = set(mean);
+  Sum spreads;
+  VectorSum bends;
+  forAll(planes.padded, [&](int k, int i) {
+    const Floats along = dot(way, minus(load(planes.foot, i), middle)),
+                 share = hn::Mul(hn::Load(d, planes.weight + i), along);
+    spreads.add(k, hn::Mul(share, along));
+    bends.add(k, share, minus(load(planes.normal, i), meanNormal));
+  });
+  bends.total(length2 / (spreads.total() + kHeld * sum * length2 + 1e-12f), face.normal);
+  for (int axis = 0; axis < 3; ++axis) face.normal[axis] += mean[axis];
+  const float scale = 1 / std::sqrt(std::max(dot3(face.normal, face.normal), 1e-12f));
+  for (float& n : face.normal) n *= scale;
+  const Vector there = set(face.normal);
+  Sum values;
+  forAll(planes.padded, [&](int k, int i) {
+    const Vector n = load(planes.normal, i), both{hn::Add(n.x, there.x), hn::Add(n.y, there.y), hn::Add(n.z, there.z)};
+    values.add(k, hn::Mul(hn::Load(d, planes.weight + i), dot(both, minus(place, load(planes.foot, i)))));
+  });
+  face.offset = 0.5f * values.total() * inverse - dot3(face.normal, p);
+  return face;
+}
+
+}  // namespace argil::clay::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace argil::clay {
+
+HWY_EXPORT(CellPlanes);
+HWY_EXPORT(Pick);
+HWY_EXPORT(Rate);
+HWY_EXPORT(Split);
+HWY_EXPORT(There);
+
+void cellPlanes(const float* phi, int stepX, int stepY, int margin, const BlockCell* cells, int count,
+                BrickPlanes& out) noexcept {
+  HWY_DYNAMIC_DISPATCH(CellPlanes)(phi, stepX, stepY, margin, cells, count, out);
+}
+
+void pickPlanes(const BrickPlanes& all, const uint16_t* indices, int count, const float* low,
+                NearPlanes& out) noexcept {
+  HWY_DYNAMIC_DISPATCH(Pick)(all, indices, count, low, out);
+}
+
+int ratePlanes(NearPlanes& planes, float most) noexcept {
+  return HWY_DYNAMIC_DISPATCH(Rate)(planes, most);
+}
+
+SplitFaces splitPlanes(NearPlanes& planes, const float* p, const FaceTurns& turns) noexcept {
+  return HWY_DYNAMIC_DISPATCH(Split)(planes, p, turns);
+}
+
+FaceThere faceAt(NearPlanes& planes, int which, const float* p) noexcept {
+  return HWY_DYNAMIC_DISPATCH(There)(planes, which, p);
+}
+
+}  // namespace argil::clay
+#endif
