@@ -26,6 +26,9 @@ static_assert(kPlanePadding % kParts == 0);
 constexpr float kSteep = 0.5f;
 // Cells farther from the surface than this, in voxels, see other faces too.
 constexpr float kNear = 1.5f;
+// The slope of a ball's field in a cell is less than 1 by 16 times its bend (voxels²); what is less or more counts as a
+// bend by this factor.
+constexpr float kSlopeOfBend = 16, kBlurred = 0.05f;
 // Keeps the slope of normals along a face from being read out of planes that stand side by side.
 constexpr float kHeld = 0.05f;
 
@@ -120,7 +123,10 @@ void CellPlanes(const float* phi, int stepX, int stepY, int margin, const uint16
     hn::StoreU(nx, d, out.normal[0] + i);
     hn::StoreU(ny, d, out.normal[1] + i);
     hn::StoreU(nz, d, out.normal[2] + i);
+    const Floats excess = hn::Max(
+        hn::Zero(d), hn::Sub(hn::Abs(hn::Sub(length, hn::Set(d, 1.0f))), hn::Mul(hn::Set(d, kSlopeOfBend), bend)));
     hn::StoreU(hn::IfThenElse(known, bend, hn::Set(d, kNoPlane)), d, out.bend + i);
+    hn::StoreU(excess, d, out.blur + i);
   }
 }
 
@@ -136,16 +142,21 @@ void Pick(const BrickPlanes& all, const uint16_t* indices, int count, const floa
       hn::Store(hn::GatherIndex(d, all.normal[axis], at), d, out.normal[axis] + i);
     }
     hn::Store(hn::GatherIndex(d, all.bend, at), d, out.bend + i);
+    hn::Store(hn::GatherIndex(d, all.blur, at), d, out.blur + i);
   });
   for (int i = count; i < out.padded; ++i) out.bend[i] = kNoPlane;
 }
 
-int Rate(NearPlanes& planes, float most) {
+int Rate(NearPlanes& planes, float most, PlaneTrust trust) {
   const Tag d;
-  const Floats zero = hn::Zero(d), one = hn::Set(d, 1.0f), inverse = hn::Set(d, 1 / (most * most));
+  const Floats zero = hn::Zero(d), one = hn::Set(d, 1.0f), inverse = hn::Set(d, 1 / (most * most)),
+               blurred = hn::Set(d, trust == PlaneTrust::steep ? kBlurred : 0);
   int count = 0;
   forAll(planes.padded, [&](int, int i) {
-    const Floats quality = hn::Max(zero, hn::Sub(one, hn::Mul(hn::Load(d, planes.bend + i), inverse)));
+    const Floats quality = hn::Max(
+        zero,
+        hn::Sub(one, hn::Mul(hn::Add(hn::Load(d, planes.bend + i), hn::Mul(hn::Load(d, planes.blur + i), blurred)),
+                             inverse)));
     hn::Store(quality, d, planes.quality + i);
     count += static_cast<int>(hn::CountTrue(d, hn::Gt(quality, zero)));
   });
@@ -208,12 +219,15 @@ SplitFaces Split(NearPlanes& planes, const float* p, const FaceTurns& turns) {
   SplitFaces split;
   const Vector about = set(p);
   Greatest heaviest;
+  int counted = 0;
   forAll(planes.padded, [&](int k, int i) {
     const Vector to = minus(load(planes.foot, i), about);
     const Floats weight = weightOf(hn::Load(d, planes.quality + i), dot(to, to));
     hn::Store(weight, d, planes.weight + i);
     heaviest.take(k, i, weight);
+    counted += static_cast<int>(hn::CountTrue(d, hn::Gt(weight, zero)));
   });
+  split.planes = counted;
   const int first = heaviest.place();
   if (first < 0) return split;
   float normals[2][3];
@@ -258,6 +272,7 @@ SplitFaces Split(NearPlanes& planes, const float* p, const FaceTurns& turns) {
     for (int face = 0; face < 2; ++face) {
       hn::Store(members[face], d, planes.member[face] + i);
       const Floats share = hn::Mul(weight, members[face]);
+      split.count[face] += static_cast<int>(hn::CountTrue(d, hn::Gt(share, zero)));
       weights[face].add(k, share);
       normal[face].add(k, share, n);
       foot[face].add(k, share, f);
@@ -341,8 +356,8 @@ void pickPlanes(const BrickPlanes& all, const uint16_t* indices, int count, cons
   HWY_DYNAMIC_DISPATCH(Pick)(all, indices, count, low, out);
 }
 
-int ratePlanes(NearPlanes& planes, float most) noexcept {
-  return HWY_DYNAMIC_DISPATCH(Rate)(planes, most);
+int ratePlanes(NearPlanes& planes, float most, PlaneTrust trust) noexcept {
+  return HWY_DYNAMIC_DISPATCH(Rate)(planes, most, trust);
 }
 
 SplitFaces splitPlanes(NearPlanes& planes, const float* p, const FaceTurns& turns) noexcept {

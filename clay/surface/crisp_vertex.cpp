@@ -19,6 +19,7 @@ namespace {
 // A plane that is turned from its face by more than 32° is none of it: faces of tips of five voxels turn by less within
 // the reach of the planes. A tenth of the weight of all planes makes a third face.
 constexpr FaceTurns kTurns{.least = kLeastTurn, .most = 0.15f, .third = 0.1f};
+constexpr int kLeastPlanes = 4;
 // What the cell's values may differ from the faces' field, voxels, on the side where that is exact; and for each voxel
 // that they are farther than kNear from the surface.
 constexpr float kMisfit = 0.25f, kNear = 0.4f, kMisfitBeyond = 0.25f;
@@ -153,10 +154,10 @@ CreaseVertex placeOnThree(CreaseCell cell, const NearPlanes& planes) {
 
 }  // namespace
 
-CreaseVertex placeCrisply(const CreaseCell& cell, NearPlanes& planes, float deeper) noexcept {
+CreaseVertex placeCrisply(const CreaseCell& cell, NearPlanes& planes, float deeper, int least) noexcept {
   const Vec3f draft = cell.draft - cell.low;
   const SplitFaces faces = splitPlanes(planes, draft.data(), kTurns);
-  if (!faces.found) return {};
+  if (!faces.found || faces.planes < kLeastPlanes || std::min(faces.count[0], faces.count[1]) < least) return {};
   const CreaseVertex found = placeOnTwo(cell, faces, planes, deeper);
   if (found.kind != CreaseVertex::Kind::none || !faces.third) return found;
   return placeOnThree(cell, planes);

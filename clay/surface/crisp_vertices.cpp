@@ -20,7 +20,6 @@ namespace {
 constexpr float kFlat = 0.02f, kCurved = 0.04f;
 // Of all planes: with more of them flat the others lie across the crease, with fewer on a curved face.
 constexpr float kFlatShare = 0.7f;
-constexpr int kLeastPlanes = 4;
 // A cell in a rounding of two voxels bends by less than the first, and the plane through its corners has a slope above
 // the second.
 constexpr float kCreaseBend = 0.09f, kCreaseSlope = 0.93f;
@@ -243,13 +242,16 @@ void crispVertices(Sampler& field, Coord brick, const CreaseCells& cells, bool w
     cell.edges = cellCases().separated[cells.patterns[i]].edges;
     crossed.near(x, y, z, cell.low, planes);
     const float deeper = creased(cell.view) ? kDeeperAtCrease : kDeeper;
-    const int all = ratePlanes(planes, kCurved), flat = ratePlanes(planes, kFlat);
+    const int all = ratePlanes(planes, kCurved, PlaneTrust::steep), flat = ratePlanes(planes, kFlat, PlaneTrust::steep);
     CreaseVertex found;
-    if (flat >= kLeastPlanes && static_cast<float>(flat) >= kFlatShare * static_cast<float>(all))
-      found = placeCrisply(cell, planes, deeper);
-    if (found.kind == CreaseVertex::Kind::none && all >= kLeastPlanes && creasedAround(cell.view)) {
-      ratePlanes(planes, kCurved);
-      found = placeCrisply(cell, planes, deeper);
+    if (static_cast<float>(flat) >= kFlatShare * static_cast<float>(all)) found = placeCrisply(cell, planes, deeper, 2);
+    if (found.kind == CreaseVertex::Kind::none && creasedAround(cell.view)) {
+      ratePlanes(planes, kCurved, PlaneTrust::steep);
+      found = placeCrisply(cell, planes, deeper, 3);
+      if (found.kind == CreaseVertex::Kind::none) {
+        ratePlanes(planes, kCurved, PlaneTrust::any);
+        found = placeCrisply(cell, planes, deeper, 1);
+      }
     }
     if (found.kind == CreaseVertex::Kind::none) continue;
     out.positions[i] = found.position;

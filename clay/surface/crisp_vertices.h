@@ -18,11 +18,11 @@ struct CreaseCells {
   uint64_t kinked[8], bent[8];
 };
 
-/// Moves the vertices of cells that a crease crosses onto it, or onto the face that the cell is on, and lists the former
-/// in out.table.sharp. Looks at kinked cells, and at bent ones that share a face with a kinked one. Changes no count, no
-/// order and no quad; none ends farther than kCrispReach outside of its cell. Cells with several vertices stay as they
-/// are. Sets out.table.readsBeyond where other bricks were read. Scalar arithmetic in a fixed order: equal bits
-/// everywhere. Method: crisp_edges.md.
+/// Moves the vertices of cells that a crease crosses onto it, or onto the face that the cell is on, and lists the
+/// former in out.table.sharp. Looks at kinked cells, and at bent ones that share a face with a kinked one. Changes no
+/// count, no order and no quad; none ends farther than kCrispReach outside of its cell. Cells with several vertices
+/// stay as they are. Sets out.table.readsBeyond where other bricks were read. Scalar arithmetic in a fixed order: equal
+/// bits everywhere. Method: crisp_edges.md.
 void crispVertices(Sampler& field, Coord brick, const CreaseCells& cells, bool wantNormals, ExtractionBuffer& out);
 
 }  // namespace argil::clay

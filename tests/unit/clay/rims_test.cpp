@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <numeric>
 
 #include "clay/brush/brush.h"
 #include "clay/field/primitives.h"
@@ -115,8 +116,8 @@ TEST(Rims, TheLiveGradeHasThemWhereTheyAre) {
   const uint64_t seed = 11;
   std::mt19937_64 random(seed);
   const bool all = tests::longTier();
-  for (const Tip& tip :
-       {Tip{10, 0.5, 0.10, 0.5, 4}, Tip{5, 0.5, 0.2, 0.6, 2}, Tip{3, 0.5, 0.26, 0.7, 1.5}, Tip{6, 0.75, 0.2, 0.75, 2}})
+  for (const Tip& tip : {Tip{10, 0.5, 0.07, 0.35, 6}, Tip{5, 0.5, 0.12, 0.5, 3}, Tip{3, 0.5, 0.22, 0.65, 1.8},
+                         Tip{6, 0.75, 0.13, 0.6, 3.5}})
     for (const bool sphere : {false, true}) {
       std::uniform_real_distribution<double> above(-tip.share * tip.radius, tip.share * tip.radius);
       const bool finely = all || tip.radius == 10;
@@ -144,6 +145,74 @@ TEST(Rims, TheLiveGradeHasThemWhereTheyAre) {
     }
 }
 
+// How far the shading is from the face's true normal, in degrees, on both sides of the rims of a ball in a plane: as
+// render/shaders/clay.frag has it, with a triangle's own normal at vertices on creases.
+std::vector<double> shadingOff(std::mt19937_64& random, double tip, double away, Grade grade, int places) {
+  std::uniform_real_distribution<double> above(-0.5 * tip, 0.5 * tip);
+  std::vector<double> off;
+  for (int place = 0; place < places; ++place) {
+    const Rim rim = cutIntoPlane(random, tip, above(random));
+    Surface surface(true, grade);
+    surface.update(rim.clay);
+    const TriangleMesh mesh = surface.toMesh();
+    std::vector<PackedNormal> normals;
+    surface.forEach(
+        [&](const BrickMesh& brick) { normals.insert(normals.end(), brick.normals.begin(), brick.normals.end()); });
+    const NearestTriangle tree(mesh);
+    const Vec3d middle = std::accumulate(rim.points.begin(), rim.points.end(), Vec3d(Vec3d::Zero())) / 400.0;
+    const Vec3d up = (rim.points[0] - middle).cross(rim.points[1] - middle).normalized();
+    for (const Vec3d& at : rim.points)
+      for (const bool ball : {false, true}) {
+        Vec3d p = at + away * (at - middle).normalized(), normal = up;
+        if (ball) {
+          const Vec3d out = (at - rim.centre) / tip, down = (up.dot(out) * out - up).normalized();
+          p = rim.centre + tip * (std::cos(away / tip) * out + std::sin(away / tip) * down);
+          normal = (rim.centre - p) / tip;
+        }
+        const auto corners = tree.corners(tree.nearest(p).triangle);
+        const Vec3d &a = mesh.positions[corners[0]], &b = mesh.positions[corners[1]], &c = mesh.positions[corners[2]];
+        const Vec3d on = nearestOnTriangle(p, a, b, c), facet = (b - a).cross(c - a);
+        const std::array<double, 3> share{(b - on).cross(c - on).norm(), (c - on).cross(a - on).norm(),
+                                          (a - on).cross(b - on).norm()};
+        Vec3d shading = Vec3d::Zero();
+        for (size_t k = 0; k < 3; ++k) {
+          const PackedNormal n = normals[corners[k]];
+          shading += share[k] * (n.v % 2 != 0 ? Vec3d(facet.normalized()) : Vec3d(n.unpack().cast<double>()));
+        }
+        off.push_back(std::acos(std::clamp(shading.normalized().dot(normal), -1.0, 1.0)) * 180 / EIGEN_PI);
+      }
+  }
+  std::sort(off.begin(), off.end());
+  return off;
+}
+
+// A quarter of a voxel beside a rim its faces have their own light: nine of ten places within 6°, where the draft goes
+// over from one to the other.
+TEST(Rims, FacesHaveTheirOwnShadingUpToTheRim) {
+  const int places = tests::longTier() ? 100 : 15;
+  for (const double away : {0.25, 0.5, 1.0}) {
+    std::array<std::vector<double>, 2> off;
+    for (const Grade grade : {Grade::draft, Grade::crisp}) {
+      std::mt19937_64 random(12);
+      off[grade == Grade::crisp] = shadingOff(random, 10, away, grade, places);
+    }
+    const auto of = [](const std::vector<double>& all, double part) {
+      return all[static_cast<size_t>(part * static_cast<double>(all.size() - 1))];
+    };
+    const auto rms = [](const std::vector<double>& all) {
+      return std::sqrt(std::inner_product(all.begin(), all.end(), all.begin(), 0.0) / static_cast<double>(all.size()));
+    };
+    std::printf(
+        "%.2f voxel beside rims shading is off by: draft %.1f° RMS, half within %.1f°, 90 %% within %.1f°; "
+        "crisp %.1f°, %.1f°, %.1f°, 99 %% within %.1f°\n",
+        away, rms(off[0]), of(off[0], 0.5), of(off[0], 0.9), rms(off[1]), of(off[1], 0.5), of(off[1], 0.9),
+        of(off[1], 0.99));
+    EXPECT_LE(rms(off[1]), 0.4 * rms(off[0]));
+    EXPECT_LE(of(off[1], 0.5), 3);
+    EXPECT_LE(of(off[1], 0.9), 6);
+  }
+}
+
 // Vertices whose normals say that they stand on a crease. No number is −32768, which readers take for −32767.
 size_t onCreases(const Surface& surface) {
   size_t count = 0;
@@ -167,6 +236,33 @@ TEST(Rims, SmoothClayIsTheDrafts) {
   crisp.update(version);
   EXPECT_EQ(draft.hash(), crisp.hash());
   EXPECT_EQ(onCreases(crisp), 0u);
+}
+
+// Of edges that lie anyhow, too: few vertices of a rounding of two voxels are taken for a crease, none of three.
+TEST(Rims, RoundedEdgesThatAreTurnedStayRound) {
+  std::mt19937_64 random(5);
+  for (const double round : {2.0, 3.0, 5.0}) {
+    size_t sharp = 0, all = 0;
+    double squares[2] = {};
+    for (int turn = 0; turn < 8; ++turn) {
+      TurnedBox box;
+      box.axes = randomTurn(random);
+      box.half = Vec3d(12, 10, 9);
+      box.round = round;
+      const Version clay = clayOf(Store::make(), 24, [&](const Vec3d& p) { return box.distance(p); });
+      for (const Grade grade : {Grade::draft, Grade::crisp}) {
+        Surface surface(true, grade);
+        surface.update(clay);
+        if (grade == Grade::crisp) sharp += onCreases(surface), all += surface.vertexCount();
+        for (const Vec3d& p : surface.toMesh().positions)
+          squares[grade == Grade::crisp] += box.distance(p) * box.distance(p);
+      }
+    }
+    std::printf("rounded by %.0f: %zu of %zu vertices on creases, error %.3f of the draft's\n", round, sharp, all,
+                std::sqrt(squares[1] / squares[0]));
+    EXPECT_LE(static_cast<double>(sharp), (round < 3 ? 0.012 : 0) * static_cast<double>(all));
+    EXPECT_LE(squares[1], 1.02 * squares[0]);
+  }
 }
 
 // Edges that are rounded are no creases.
