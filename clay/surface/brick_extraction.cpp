@@ -249,7 +249,7 @@ void extractVertices(Sampler& field, const Coord& brick, const BrickInput& input
   readCorners(input, field.band(), corners);
   uint32_t patterns[kBrickVoxels + kCellPadding];
   static_assert(sizeof(Vec3f) == 3 * sizeof(float) && sizeof(PackedNormal) == sizeof(uint32_t));
-  cellVertices(corners, cells, count, grade == Grade::crisp, patterns, out.positions.data()->data(),
+  cellVertices(corners, cells, count, grade != Grade::draft, patterns, out.positions.data()->data(),
                wantNormals ? reinterpret_cast<uint32_t*>(out.normals.data()) : nullptr);
 
   // Cells with several loops are rare; they are repaired one by one.
@@ -290,8 +290,10 @@ void extractVertices(Sampler& field, const Coord& brick, const BrickInput& input
   }
   table.vertices = static_cast<uint16_t>(vertices);
   table.specials = {out.specials.data(), specials};
-  if (grade == Grade::fine && mayHoldCrease(corners, cells, count)) sharpenVertices(field, brick, wantNormals, out);
-  if (flags != 0) crispVertices(field, brick, creases, wantNormals, out);
+  uint64_t curved[8] = {};
+  if (flags != 0) crispVertices(field, brick, creases, wantNormals, out, curved);
+  if (grade == Grade::fine && mayHoldCrease(corners, cells, count))
+    sharpenVertices(field, brick, wantNormals, curved, out);
 }
 
 void extractQuads(const BrickSigns& signs, const std::array<VertexSource, 8>& sources, ExtractionBuffer& out) {

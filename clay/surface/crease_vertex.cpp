@@ -95,6 +95,7 @@ void group(const CreaseCell& cell, Grouping& out) {
     out.groups[static_cast<size_t>(k)].normal = cell.planes[chosen].normal;
     out.count = k + 1;
   }
+  if (out.count < 2) return;
   for (int round = 0; round < 3; ++round) {
     std::array<Vec3f, 3> sum;
     sum.fill(Vec3f::Zero());

@@ -31,7 +31,8 @@ struct CreaseCell {
 struct CreaseVertex {
   enum class Kind { none, face, edge, corner } kind = Kind::none;
   Vec3f position;
-  Vec3f normal;  ///< The mean of the faces'.
+  Vec3f normal;         ///< The mean of the faces'.
+  bool curved = false;  ///< One of the faces turns within two voxels; said by placeCrisply alone.
 
   /// With the bit that says whether it stands on a crease.
   [[nodiscard]] PackedNormal packedNormal() const noexcept;

@@ -64,11 +64,13 @@ bool creased(const CellView& cell) {
   return bends(cell, kCreaseBend, kCreaseSlope);
 }
 
-// The cell or one that shares a face with it.
+// The cell or a crossed one that shares a face with it. (Deeper in the clay even the field of a rounding has kinks.)
 bool creasedAround(const CellView& cell) {
   if (creased(cell)) return true;
-  for (int face = 0; face < 6; ++face)
-    if (creased(cell.beyond(face))) return true;
+  for (int face = 0; face < 6; ++face) {
+    const CellView next = cell.beyond(face);
+    if (next.pattern() % 255 != 0 && creased(next)) return true;
+  }
   return false;
 }
 
@@ -218,7 +220,8 @@ class CrossedCells {
 
 }  // namespace
 
-void crispVertices(Sampler& field, Coord brick, const CreaseCells& cells, bool wantNormals, ExtractionBuffer& out) {
+void crispVertices(Sampler& field, Coord brick, const CreaseCells& cells, bool wantNormals, ExtractionBuffer& out,
+                   uint64_t (&curved)[8]) {
   const Suspects suspects(field, brick, cells, out.table.readsBeyond);
   if (!suspects.any()) return;
   const BrickSurroundings::Range range = suspects.range();
@@ -254,6 +257,7 @@ void crispVertices(Sampler& field, Coord brick, const CreaseCells& cells, bool w
       }
     }
     if (found.kind == CreaseVertex::Kind::none) continue;
+    if (found.curved && creasedAround(cell.view)) curved[x] |= uint64_t{1} << (y * 8 + z);
     out.positions[i] = found.position;
     if (found.kind != CreaseVertex::Kind::face) out.sharp[sharp++] = static_cast<uint16_t>(i);
     if (wantNormals) out.normals[i] = found.packedNormal();

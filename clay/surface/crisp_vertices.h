@@ -23,6 +23,7 @@ struct CreaseCells {
 /// count, no order and no quad; none ends farther than kCrispReach outside of its cell. Cells with several vertices
 /// stay as they are. Sets out.table.readsBeyond where other bricks were read. Scalar arithmetic in a fixed order: equal
 /// bits everywhere. Method: crisp_edges.md.
-void crispVertices(Sampler& field, Coord brick, const CreaseCells& cells, bool wantNormals, ExtractionBuffer& out);
+void crispVertices(Sampler& field, Coord brick, const CreaseCells& cells, bool wantNormals, ExtractionBuffer& out,
+                   uint64_t (&curved)[8]);
 
 }  // namespace argil::clay

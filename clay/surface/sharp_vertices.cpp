@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <bitset>
 #include <optional>
 
 #include "clay/kernels/cell_cases.h"
@@ -60,8 +61,11 @@ bool mayHoldCrease(const float* corners, const uint16_t* cells, int count) noexc
   return false;
 }
 
-void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, ExtractionBuffer& out) {
+void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, const uint64_t (&curved)[8],
+                     ExtractionBuffer& out) {
   CellTable& table = out.table;
+  std::bitset<kBrickVoxels> onCurved;  // vertices that stand on the crease of a curved face already
+  for (const uint16_t index : table.sharp) onCurved.set(index);
   BrickSurroundings around;
   around.read(field, brick, {});
   const Suspects suspects(around);
@@ -98,6 +102,10 @@ void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, ExtractionBu
           if (c.loopOfEdge[e] != loop) cell.edges = static_cast<uint16_t>(cell.edges & ~(1 << e));
         const CreaseVertex found = placeAtCrease(cell);
         if (found.kind == CreaseVertex::Kind::none) {
+          if ((curved[x] >> bit & 1) != 0) {
+            if (onCurved[rank]) out.sharp[sharp++] = static_cast<uint16_t>(rank);
+            continue;
+          }
           const std::optional<SurfacePoint> bent = placeOnBend(cell.view, cell.edges);
           if (!bent) continue;
           out.positions[index] = bent->at + cell.low;

@@ -142,6 +142,9 @@ TEST(Rims, TheLiveGradeHasThemWhereTheyAre) {
       EXPECT_LE(crisp.rms(), tip.rms) << "seed " << seed;
       EXPECT_LE(crisp.quantile(0.99), tip.most99);
       EXPECT_LE(crisp.vertexMost, 0.6);
+      if (finely) {
+        EXPECT_LE(fine.rms(), 1.3 * tip.rms);
+      }
     }
 }
 
