@@ -242,7 +242,7 @@ SplitFaces Split(NearPlanes& planes, const float* p, const FaceTurns& turns) {
   const int other = turned.place();
   if (other < 0) return split;
   for (int axis = 0; axis < 3; ++axis) normals[1][axis] = planes.normal[axis][other];
-  for (int round = 0; round < 1; ++round) {
+  {
     const Vector n0 = set(normals[0]), n1 = set(normals[1]);
     VectorSum sums[2];
     forAll(planes.padded, [&](int k, int i) {
