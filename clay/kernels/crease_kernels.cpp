@@ -26,9 +26,8 @@ static_assert(kPlanePadding % kParts == 0);
 constexpr float kSteep = 0.5f;
 // Cells farther from the surface than this, in voxels, see other faces too.
 constexpr float kNear = 1.5f;
-// The slope of a ball's field in a cell is less than 1 by 16 times its bend (voxels²); what is less or more counts as a
-// bend by this factor.
-constexpr float kSlopeOfBend = 16, kBlurred = 0.05f;
+// A slope that is not 1 counts as a bend by this factor (voxels²).
+constexpr float kBlurred = 0.05f;
 // Keeps the slope of normals along a face from being read out of planes that stand side by side.
 constexpr float kHeld = 0.05f;
 
@@ -57,7 +56,7 @@ HWY_INLINE void forAll(int padded, const Work& work) {
     for (int k = 0; k < kVectors; ++k) work(k, i + k * lanes);
 }
 
-// The greatest of all, and where it was first.
+// The greatest of all, and where it was.
 struct Greatest {
   Floats size[kVectors];
   Ints at[kVectors];
@@ -79,7 +78,7 @@ struct Greatest {
     }
     int best = 0;
     for (int i = 1; i < kParts; ++i)
-      if (sizes[i] > sizes[best] || (sizes[i] == sizes[best] && places[i] < places[best])) best = i;
+      if (sizes[i] > sizes[best]) best = i;
     return sizes[best] > 0 ? places[best] : -1;
   }
 };
@@ -123,10 +122,9 @@ void CellPlanes(const float* phi, int stepX, int stepY, int margin, const uint16
     hn::StoreU(nx, d, out.normal[0] + i);
     hn::StoreU(ny, d, out.normal[1] + i);
     hn::StoreU(nz, d, out.normal[2] + i);
-    const Floats excess = hn::Max(
-        hn::Zero(d), hn::Sub(hn::Abs(hn::Sub(length, hn::Set(d, 1.0f))), hn::Mul(hn::Set(d, kSlopeOfBend), bend)));
+    const Floats blur = hn::Abs(hn::Sub(length, hn::Set(d, 1.0f)));
     hn::StoreU(hn::IfThenElse(known, bend, hn::Set(d, kNoPlane)), d, out.bend + i);
-    hn::StoreU(excess, d, out.blur + i);
+    hn::StoreU(blur, d, out.blur + i);
   }
 }
 

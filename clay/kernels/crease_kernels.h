@@ -5,10 +5,10 @@
 
 namespace argil::clay {
 
-/// Planes of cells, as rows of floats: the point of the plane that is nearest to the cell's middle, the unit normal, and
-/// the mean square of what the plane leaves of the cell's corners (`bend`, voxels²; kNoPlane where a cell is too flat or
-/// too far from the surface to say where that is). A cell on a crease may look like a plane between its faces, but not
-/// as steep as one: `blur` is how far its slope is from 1 beyond what its bend explains.
+/// Planes of cells, as rows of floats: the point of the plane that is nearest to the cell's middle, the unit normal,
+/// and the mean square of what the plane leaves of the cell's corners (`bend`, voxels²; kNoPlane where a cell is too
+/// flat or too far from the surface to say where that is). A cell on a crease may look like a plane between its faces,
+/// but not as steep as one: `blur` is how far its slope is from 1.
 template <int most>
 struct CreasePlanes {
   alignas(64) float foot[3][most], normal[3][most], bend[most], blur[most];
@@ -38,8 +38,8 @@ struct NearPlanes : CreasePlanes<kMostNearPlanes> {
 
 /// Takes `count` of `all`, by their indices, with their feet moved by −`low`. `indices` can be read up to the padding.
 void pickPlanes(const BrickPlanes& all, const uint16_t* indices, int count, const float* low, NearPlanes& out) noexcept;
-/// Quality of planes that bend by less than `most` (voxels): 1 where they do not, 0 from there on; `steep`: those that are
-/// blurred have less. Returns how many have one.
+/// Quality of planes that bend by less than `most` (voxels): 1 where they do not, 0 from there on; `steep`: those that
+/// are blurred have less. Returns how many have one.
 enum class PlaneTrust : uint8_t { steep, any };
 int ratePlanes(NearPlanes& planes, float most, PlaneTrust trust) noexcept;
 

@@ -40,10 +40,10 @@ inline constexpr int kCellPadding = 16;
 
 /// For each of `count` cells (x·64 + y·8 + z): its corner pattern; the mean of its edge crossings relative to the
 /// brick, three floats; and, unless null, the normal there, as PackedNormal's two 16-bit numbers. Right for cells with
-/// one loop; the caller repairs the others. With `kinks` the pattern of a cell that a crease is likely to cross has kKinkedCell
-/// set: its field is no plane of slope 1, as that of a distance is away from creases; and kBentCell where the field is no
-/// plane: beside such cells a crease may cross it too. `cells` must be readable, with valid cells, up to the next
-/// multiple of kCellPadding. Edges are summed in the order of kCellEdges.
+/// one loop; the caller repairs the others. With `kinks` the pattern of a cell that a crease is likely to cross has
+/// kKinkedCell set: its field is no plane of slope 1, as that of a distance is away from creases; and kBentCell where
+/// the field is no plane: beside such cells a crease may cross it too. `cells` must be readable, with valid cells, up
+/// to the next multiple of kCellPadding. Edges are summed in the order of kCellEdges.
 void cellVertices(const float* corners, const uint16_t* cells, int count, bool kinks, uint32_t* patterns,
                   float* positions, uint32_t* normals) noexcept;
 inline constexpr uint32_t kKinkedCell = 1u << 8, kBentCell = 1u << 9;

@@ -166,7 +166,7 @@ CreaseVertex placeCrisply(const CreaseCell& cell, NearPlanes& planes, float deep
   CreaseVertex found = placeOnTwo(cell, faces, planes, deeper);
   for (const FacePlane& face : faces.face) {
     const float* n = face.normal;
-    found.curved = found.curved || (!faces.third && (n[0] * n[0] + n[1] * n[1]) + n[2] * n[2] < kStraight);
+    found.curved = found.curved || (n[0] * n[0] + n[1] * n[1]) + n[2] * n[2] < kStraight;
   }
   if (found.kind != CreaseVertex::Kind::none || !faces.third) return found;
   return placeOnThree(cell, planes);

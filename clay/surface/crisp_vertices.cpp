@@ -257,7 +257,7 @@ void crispVertices(Sampler& field, Coord brick, const CreaseCells& cells, bool w
       }
     }
     if (found.kind == CreaseVertex::Kind::none) continue;
-    if (found.curved && creasedAround(cell.view)) curved[x] |= uint64_t{1} << (y * 8 + z);
+    if (found.curved) curved[x] |= uint64_t{1} << (y * 8 + z);
     out.positions[i] = found.position;
     if (found.kind != CreaseVertex::Kind::face) out.sharp[sharp++] = static_cast<uint16_t>(i);
     if (wantNormals) out.normals[i] = found.packedNormal();

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "clay/brush/brush.h"
 #include "clay/mesh/mesh_topology.h"
 #include "clay/surface/sharp_vertices.h"
 #include "tests/support/simd_targets.h"
@@ -59,6 +60,68 @@ TEST_P(CreaseGrades, FollowingEqualsExtractingAnewOnAnyNumberOfThreads) {
     ASSERT_EQ(following.hash(), fresh.hash()) << "seed " << seed << " step " << step;
   }
   ASSERT_TRUE(checkTopology(following.toMesh()).closed());
+}
+
+// Clay that bends everywhere, and stamps so small that most of them end within a few voxels of a brick's border: what a
+// brick takes from those around it has to be looked at again, and no more.
+TEST_P(CreaseGrades, SmallChangesBesideAnyBrickAreFollowed) {
+  const uint64_t seed = 33;
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> place(-13, 13), size(1, 2.5);
+  std::vector<Vec3d> balls;
+  for (int i = 0; i < 12; ++i) balls.emplace_back(place(random), place(random), place(random));
+  Version version = clayOf(Store::make(), 26, [&](const Vec3d& p) {
+    double least = 1e9;
+    for (const Vec3d& ball : balls) least = std::min(least, (p - ball).norm() - 7);
+    return least;
+  });
+  Surface following(true, GetParam());
+  following.update(version);
+  const int steps = GetParam() == Grade::crisp ? 600 : 50;
+  for (int step = 0; step < steps; ++step) {
+    const Vec3d towards = Vec3d(place(random), place(random), place(random)).normalized();
+    const Vec3d at = balls[random() % balls.size()] + 7 * towards;
+    BrushStroke stroke(version, Brush::of(step % 2 == 0 ? Method::carve : Method::add));
+    stroke.apply({at, at, size(random)});
+    version = stroke.finish();
+    following.update(version);
+    Surface fresh(true, GetParam());
+    fresh.update(version);
+    ASSERT_EQ(following.hash(), fresh.hash()) << "seed " << seed << " step " << step;
+  }
+}
+
+// A crease that comes beside a brick, by changes that end before it.
+TEST_P(CreaseGrades, ACreaseInTheNextBrickIsSeen) {
+  const Vec3d centre(3.8, 3.6, 3.9);
+  const auto ball = [&](const Vec3d& p) { return (p - centre).norm() - 7; };
+  const Version base = clayOf(Store::make(), 16, ball);
+  for (int axis = 0; axis < 3; ++axis)
+    for (const int side : {-1, 1})
+      for (double at = 0.2; at < 3; at += 0.1) {
+        // Beyond x = ±at (or y, or z) the ball is cut, in the bricks of that side alone: the others keep every value.
+        const double border = side < 0 ? -at : 7 + at;
+        Editor editor(base);
+        for (int x = -2; x < 2; ++x)
+          for (int y = -2; y < 2; ++y)
+            for (int z = -2; z < 2; ++z) {
+              const Coord brick{x, y, z};
+              const int along = axis == 0 ? x : axis == 1 ? y : z;
+              if ((side < 0 ? along >= 0 : along <= 0) || editor.find(brick).isTile()) continue;
+              std::array<float, kBrickVoxels> phi;
+              for (int i = 0; i < kBrickVoxels; ++i) {
+                const Vec3d p(8 * x + (i >> 6), 8 * y + ((i >> 3) & 7), 8 * z + (i & 7));
+                phi[static_cast<size_t>(i)] = static_cast<float>(std::max(ball(p), side * (p[axis] - border)));
+              }
+              editor.setVoxels(brick, phi);
+            }
+        const Version cut = editor.commit();
+        Surface following(true, GetParam()), fresh(true, GetParam());
+        following.update(base);
+        following.update(cut);
+        fresh.update(cut);
+        ASSERT_EQ(following.hash(), fresh.hash()) << "axis " << axis << " side " << side << " at " << at;
+      }
 }
 
 TEST_P(CreaseGrades, EqualBitsOnEverySimdTarget) {
