@@ -91,12 +91,6 @@ HWY_INLINE void addEdges(const Floats (&v)[8], Floats (&sum)[3], Floats& n, std:
   (addEdge<i / 4, i % 4>(v, sum, n), ...);
 }
 
-// RMS misfit of a plane to the eight corners, voxels: that of a sphere of three voxels, and of ten.
-constexpr float kKinkedBend = 0.04f, kLeastBend = 0.013f;
-// Two faces may meet so that the corners lie in a plane; it then has the mean of their slopes. In a cell that bends the
-// second is enough: a ball of two and a half voxels has more.
-constexpr float kLeastSlope = 0.88f, kBentSlope = 0.96f;
-
 // kKinkedCell where the field in a cell is no plane of slope 1, kBentCell where it is no plane.
 HWY_INLINE Ints kinkOf(const Floats (&v)[8]) {
   const Tag d;
@@ -109,9 +103,9 @@ HWY_INLINE Ints kinkOf(const Floats (&v)[8]) {
                zx = hn::Sub(hn::Add(h, i), hn::Add(f, g)), xyz = hn::Sub(hn::Sub(f, g), hn::Sub(h, i));
   const Floats bend = hn::Add(hn::Add(hn::Mul(xy, xy), hn::Mul(yz, yz)), hn::Add(hn::Mul(zx, zx), hn::Mul(xyz, xyz)));
   const Floats slope = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
-  const auto bent = hn::Gt(bend, hn::Set(d, 64 * kLeastBend * kLeastBend));
+  const auto bent = hn::Gt(bend, hn::Set(d, 64 * kBentBend * kBentBend));
   const auto kinked = hn::Or(hn::Gt(bend, hn::Set(d, 64 * kKinkedBend * kKinkedBend)),
-                             hn::Or(hn::Lt(slope, hn::Set(d, 16 * kLeastSlope * kLeastSlope)),
+                             hn::Or(hn::Lt(slope, hn::Set(d, 16 * kKinkedSlope * kKinkedSlope)),
                                     hn::And(bent, hn::Lt(slope, hn::Set(d, 16 * kBentSlope * kBentSlope)))));
   const IntTag di;
   return hn::Or(hn::IfThenElseZero(hn::RebindMask(di, kinked), hn::Set(di, static_cast<int32_t>(kKinkedCell))),

@@ -47,6 +47,10 @@ inline constexpr int kCellPadding = 16;
 void cellVertices(const float* corners, const uint16_t* cells, int count, bool kinks, uint32_t* patterns,
                   float* positions, uint32_t* normals) noexcept;
 inline constexpr uint32_t kKinkedCell = 1u << 8, kBentCell = 1u << 9;
+/// RMS misfit of a plane to the eight corners of a bent cell, voxels, and of a kinked one: that of a sphere of ten and
+/// of three. Two faces may meet so that the corners lie in a plane; it then has the mean of their slopes. In a cell
+/// that bends the second one is enough: a ball of two and a half voxels has more.
+inline constexpr float kBentBend = 0.013f, kKinkedBend = 0.04f, kKinkedSlope = 0.88f, kBentSlope = 0.96f;
 
 /// A vertex as the quads of a brick use it: relative to that brick, and how they name it.
 struct alignas(16) CellVertex {

@@ -332,7 +332,7 @@ CreaseVertex placeAtCrease(const CreaseCell& cell) noexcept {
                                  : placeSharply(cell, model, rounded ? &*wedge : nullptr, misfit);
     if (now.kind == CreaseVertex::Kind::none) continue;
     found = now;
-    best = misfit;
+    found.misfit = best = misfit;
     if (misfit < kCertain) break;
   }
   return found;

@@ -33,6 +33,7 @@ struct CreaseVertex {
   Vec3f position;
   Vec3f normal;         ///< The mean of the faces'.
   bool curved = false;  ///< One of the faces turns within two voxels; said by placeCrisply alone.
+  float misfit = 0;     ///< Of the cell's values and flat faces, voxels; said by placeAtCrease alone.
 
   /// With the bit that says whether it stands on a crease.
   [[nodiscard]] PackedNormal packedNormal() const noexcept;

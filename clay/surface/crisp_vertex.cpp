@@ -26,7 +26,7 @@ constexpr float kStraight = 0.998f;
 // that they are farther than kNear from the surface.
 constexpr float kMisfit = 0.25f, kNear = 0.4f, kMisfitBeyond = 0.25f;
 // How far the mean of a cell's crossings may be from the one face that they are on, voxels.
-constexpr float kMostShift = 0.15f;
+constexpr float kMostShift = 0.25f;
 // How far the faces may meet from where they were sought, voxels.
 constexpr float kMostWay = 1.5f;
 

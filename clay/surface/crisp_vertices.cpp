@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cstdlib>
+#include <cmath>
 #include <utility>
 
 #include "clay/kernels/cell_cases.h"
 #include "clay/kernels/crease_kernels.h"
+#include "clay/kernels/surface_kernels.h"
 #include "clay/surface/crisp_vertex.h"
 #include "clay/surface/tangent_plane.h"
 
@@ -23,8 +24,6 @@ constexpr float kFlatShare = 0.7f;
 // A cell in a rounding of two voxels bends by less than the first, and the plane through its corners has a slope above
 // the second.
 constexpr float kCreaseBend = 0.09f, kCreaseSlope = 0.93f;
-// Of a kinked cell, as the kernels count.
-constexpr float kKinkedBend = 0.04f, kKinkedSlope = 0.88f;
 // How much deeper than the cell's values two faces may be on the side where they are exact, in the mean (voxels): where
 // a rounding of two voxels may be and where none is.
 constexpr float kDeeper = 0.03f, kDeeperAtCrease = 0.08f;
@@ -78,7 +77,9 @@ bool creasedAround(const CellView& cell) {
 bool isKinked(const float (&corners)[8]) {
   int inside = 0;
   for (const float value : corners) inside += value < 0;
-  return inside % 8 != 0 && bends({corners, 4, 2}, kKinkedBend, kKinkedSlope);
+  if (inside % 8 == 0) return false;
+  const CellView cell{corners, 4, 2};
+  return bends(cell, kKinkedBend, kKinkedSlope) || (bends(cell, kBentBend, 0) && bends(cell, INFINITY, kBentSlope));
 }
 
 // Of the cells at one side of a brick along an axis that are set in words, those beside a kinked cell of the next
@@ -257,7 +258,7 @@ void crispVertices(Sampler& field, Coord brick, const CreaseCells& cells, bool w
       }
     }
     if (found.kind == CreaseVertex::Kind::none) continue;
-    if (found.curved) curved[x] |= uint64_t{1} << (y * 8 + z);
+    if (found.curved && found.kind == CreaseVertex::Kind::edge) curved[x] |= uint64_t{1} << (y * 8 + z);
     out.positions[i] = found.position;
     if (found.kind != CreaseVertex::Kind::face) out.sharp[sharp++] = static_cast<uint16_t>(i);
     if (wantNormals) out.normals[i] = found.packedNormal();

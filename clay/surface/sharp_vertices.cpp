@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <bitset>
 #include <optional>
 
 #include "clay/kernels/cell_cases.h"
@@ -21,6 +20,9 @@ constexpr float kFlat = 0.02f;
 // RMS misfit of a linear field to the eight corners, voxels. Above it a cell may hold a crease: one that cuts off 0.03
 // of a cell bends it that much, and so does a sphere of 30 voxels.
 constexpr float kBent = 0.006f;
+
+// What flat faces may differ from the values of a cell beside a face that turns, voxels.
+constexpr float kExplained = 0.02f;
 
 constexpr int kCells = BrickSurroundings::kCells;
 constexpr int kStepX = BrickSurroundings::kStepX, kStepY = BrickSurroundings::kStepY;
@@ -64,8 +66,6 @@ bool mayHoldCrease(const float* corners, const uint16_t* cells, int count) noexc
 void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, const uint64_t (&curved)[8],
                      ExtractionBuffer& out) {
   CellTable& table = out.table;
-  std::bitset<kBrickVoxels> onCurved;  // vertices that stand on the crease of a curved face already
-  for (const uint16_t index : table.sharp) onCurved.set(index);
   BrickSurroundings around;
   around.read(field, brick, {});
   const Suspects suspects(around);
@@ -101,11 +101,11 @@ void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, const uint64
         for (int e = 0; loops > 1 && e < 12; ++e)
           if (c.loopOfEdge[e] != loop) cell.edges = static_cast<uint16_t>(cell.edges & ~(1 << e));
         const CreaseVertex found = placeAtCrease(cell);
+        if ((curved[x] >> bit & 1) != 0 && (found.kind == CreaseVertex::Kind::none || found.misfit > kExplained)) {
+          out.sharp[sharp++] = static_cast<uint16_t>(rank);
+          continue;
+        }
         if (found.kind == CreaseVertex::Kind::none) {
-          if ((curved[x] >> bit & 1) != 0) {
-            if (onCurved[rank]) out.sharp[sharp++] = static_cast<uint16_t>(rank);
-            continue;
-          }
           const std::optional<SurfacePoint> bent = placeOnBend(cell.view, cell.edges);
           if (!bent) continue;
           out.positions[index] = bent->at + cell.low;

@@ -160,7 +160,7 @@ std::span<const QualityPreset> qualityPresets() {
       QualityPreset{"balanced", "Balanced", "Where a per cent of time stops buying a per cent of accuracy.",
                     with({{"spacing", 0.2}})},
       QualityPreset{"fine", "Fine", "For the last hour before the printer.",
-                    with({{"voxels-across", 512}, {"spacing", 0.05}, {"tolerance", 0.01}, {"surface", 2}})},
+                    with({{"voxels-across", 512}, {"spacing", 0.05}, {"tolerance", 0.01}})},
   };
   return presets;
 }
