@@ -116,7 +116,7 @@ TEST(Rims, TheLiveGradeHasThemWhereTheyAre) {
   const uint64_t seed = 11;
   std::mt19937_64 random(seed);
   const bool all = tests::longTier();
-  for (const Tip& tip : {Tip{10, 0.5, 0.05, 0.3, 8}, Tip{5, 0.5, 0.085, 0.4, 4}, Tip{3, 0.5, 0.22, 0.65, 1.8},
+  for (const Tip& tip : {Tip{10, 0.5, 0.05, 0.3, 8}, Tip{5, 0.5, 0.09, 0.4, 4}, Tip{3, 0.5, 0.22, 0.65, 1.8},
                          Tip{6, 0.75, 0.13, 0.6, 3.5}})
     for (const bool sphere : {false, true}) {
       std::uniform_real_distribution<double> above(-tip.share * tip.radius, tip.share * tip.radius);
