@@ -20,13 +20,15 @@ namespace {
 // the reach of the planes. A tenth of the weight of all planes makes a third face.
 constexpr FaceTurns kTurns{.least = kLeastTurn, .most = 0.15f, .third = 0.1f};
 constexpr int kLeastPlanes = 4;
-// The squared length of the mean normal of a face that does not turn: a ball of thirty voxels has less.
-constexpr float kStraight = 0.998f;
+// The squared length of the mean normal of a face that hardly turns (a ball of thirty voxels has less), and of a plane.
+constexpr float kStraight = 0.998f, kFlatFace = 0.9998f;
 // What the cell's values may differ from the faces' field, voxels, on the side where that is exact; and for each voxel
 // that they are farther than kNear from the surface.
 constexpr float kMisfit = 0.25f, kNear = 0.4f, kMisfitBeyond = 0.25f;
-// How far the mean of a cell's crossings may be from the one face that they are on, voxels.
-constexpr float kMostShift = 0.25f;
+// How far the mean of a cell's crossings may be from the one face that they are on, voxels, where one of the faces
+// turns and where none does: beyond the edge of flat ones distances are exact, and what they say of the crossings is
+// less so.
+constexpr float kLeastShift = 0.1f, kMostShift = 0.25f;
 // How far the faces may meet from where they were sought, voxels.
 constexpr float kMostWay = 1.5f;
 
@@ -108,6 +110,14 @@ CreaseModel::Face faceOf(const float* normal, float offset, const float* foot) {
   return {{normal[0], normal[1], normal[2]}, offset, {foot[0], foot[1], foot[2]}};
 }
 
+// Whether one of the faces turns within the reach of its planes.
+bool turns(const SplitFaces& faces, float straight) {
+  return std::any_of(std::begin(faces.face), std::end(faces.face), [straight](const FacePlane& face) {
+    const float* n = face.normal;
+    return (n[0] * n[0] + n[1] * n[1]) + n[2] * n[2] < straight;
+  });
+}
+
 // By two faces alone.
 CreaseVertex placeOnTwo(const CreaseCell& cell, const SplitFaces& faces, NearPlanes& planes, float deeper) {
   CreaseModel model;
@@ -135,7 +145,7 @@ CreaseVertex placeOnTwo(const CreaseCell& cell, const SplitFaces& faces, NearPla
     found = {CreaseVertex::Kind::edge, line->start, model.face[0].gradient + model.face[1].gradient};
   } else {
     const CreaseModel::Face& face = model.face[met.faces >> 1];
-    if (std::abs(face.at(draft)) > kMostShift) return {};
+    if (std::abs(face.at(draft)) > (turns(faces, kFlatFace) ? kLeastShift : kMostShift)) return {};
     found = {CreaseVertex::Kind::face, face.nearest(met.middle), face.gradient};
   }
   for (int axis = 0; axis < 3; ++axis)
@@ -164,10 +174,7 @@ CreaseVertex placeCrisply(const CreaseCell& cell, NearPlanes& planes, float deep
   const SplitFaces faces = splitPlanes(planes, draft.data(), kTurns);
   if (!faces.found || faces.planes < kLeastPlanes || std::min(faces.count[0], faces.count[1]) < least) return {};
   CreaseVertex found = placeOnTwo(cell, faces, planes, deeper);
-  for (const FacePlane& face : faces.face) {
-    const float* n = face.normal;
-    found.curved = found.curved || (n[0] * n[0] + n[1] * n[1]) + n[2] * n[2] < kStraight;
-  }
+  found.curved = turns(faces, kStraight);
   if (found.kind != CreaseVertex::Kind::none || !faces.third) return found;
   return placeOnThree(cell, planes);
 }
