@@ -229,17 +229,51 @@ TEST(Rims, FacesHaveTheirOwnShadingUpToTheRim) {
   }
 }
 
+// Of strokes, too: the two lines at which a groove of many stamps begins.
+TEST(Rims, GroovesBeginWhereTheyShould) {
+  std::mt19937_64 random(14);
+  std::uniform_real_distribution<double> shift(-1, 1);
+  std::vector<double> off;
+  for (int place = 0; place < 12; ++place) {
+    TurnedBox box;
+    box.axes = randomTurn(random);
+    box.half = Vec3d(26, 20, 10);
+    const Vec3d middle(shift(random), shift(random), shift(random)), way = box.axes.col(0), up = box.axes.col(2);
+    box.centre = middle - 10 * up;
+    const double tip = 8 + 4 * shift(random), above = tip * (0.55 + 0.3 * shift(random));
+    BrushStroke stroke(clayOf(Store::make(), 40, [&](const Vec3d& p) { return box.distance(p); }),
+                       Brush::of(Method::carve));
+    for (int k = -12; k < 12; ++k) {
+      const Vec3d at = middle + above * up + k * way;
+      stroke.apply(Stamp{at, at + way, tip});
+    }
+    const TriangleMesh mesh = meshOf(stroke.finish(), Grade::crisp);
+    const NearestTriangle tree(mesh);
+    const Vec3d aside = std::sqrt(tip * tip - above * above) * box.axes.col(1);
+    for (const int side : {-1, 1})
+      for (int i = -100; i <= 100; ++i)
+        off.push_back(std::sqrt(tree.nearest(middle + side * aside + 0.1 * i * way).squared));
+  }
+  const double rms = std::sqrt(std::inner_product(off.begin(), off.end(), off.begin(), 0.0) /
+                               static_cast<double>(off.size())),
+               far = static_cast<double>(std::count_if(off.begin(), off.end(), [](double d) { return d > 0.25; })) /
+                     static_cast<double>(off.size());
+  std::printf("grooves: %.3f voxel RMS, %.2f %% above a quarter\n", rms, 100 * far);
+  EXPECT_LE(rms, 0.055);
+  EXPECT_LE(far, 0.01);
+}
+
 // The same clay elsewhere on the grid, with bricks that end elsewhere, has the same vertices.
 TEST(Rims, WhereBricksEndMakesNoDifference) {
   std::mt19937_64 random(13);
-  for (int turn = 0; turn < 4; ++turn) {
+  for (int turn = 0; turn < 10; ++turn) {
     TurnedBox box;
     box.axes = randomTurn(random);
     box.half = Vec3d(11, 10, 9);
     const Vec3d ball = box.axes * Vec3d(2, -3, 9);
     std::array<std::vector<std::array<double, 3>>, 2> places;
     std::array<size_t, 2> sharp{};
-    const Vec3d shift(turn + 1, 3 - turn, 5);
+    const Vec3d shift(turn % 8 + 1, 3 - turn, 5);
     for (const size_t moved : {0, 1}) {
       const Vec3d by = moved ? shift : Vec3d(Vec3d::Zero());
       const Version clay = clayOf(Store::make(), 30, [&](const Vec3d& p) {
