@@ -291,7 +291,7 @@ void extractVertices(Sampler& field, const Coord& brick, const BrickInput& input
   table.vertices = static_cast<uint16_t>(vertices);
   table.specials = {out.specials.data(), specials};
   uint64_t curved[8] = {};
-  if (flags != 0) crispVertices(field, brick, creases, wantNormals, out, curved);
+  if (flags != 0) crispVertices(field, brick, creases, wantNormals, out, grade == Grade::fine ? curved : nullptr);
   if (grade == Grade::fine && mayHoldCrease(corners, cells, count))
     sharpenVertices(field, brick, wantNormals, curved, out);
 }

@@ -222,7 +222,7 @@ class CrossedCells {
 }  // namespace
 
 void crispVertices(Sampler& field, Coord brick, const CreaseCells& cells, bool wantNormals, ExtractionBuffer& out,
-                   uint64_t (&curved)[8]) {
+                   uint64_t* curved) {
   const Suspects suspects(field, brick, cells, out.table.readsBeyond);
   if (!suspects.any()) return;
   const BrickSurroundings::Range range = suspects.range();
@@ -258,7 +258,10 @@ void crispVertices(Sampler& field, Coord brick, const CreaseCells& cells, bool w
       }
     }
     if (found.kind == CreaseVertex::Kind::none) continue;
-    if (found.curved && found.kind == CreaseVertex::Kind::edge) curved[x] |= uint64_t{1} << (y * 8 + z);
+    if (curved) {
+      if (!found.curved || found.kind != CreaseVertex::Kind::edge) continue;
+      curved[x] |= uint64_t{1} << (y * 8 + z);
+    }
     out.positions[i] = found.position;
     if (found.kind != CreaseVertex::Kind::face) out.sharp[sharp++] = static_cast<uint16_t>(i);
     if (wantNormals) out.normals[i] = found.packedNormal();

@@ -21,10 +21,10 @@ struct CreaseCells {
 /// Moves the vertices of cells that a crease crosses onto it, or onto the face that the cell is on, and lists the
 /// former in out.table.sharp. Looks at kinked cells, and at bent ones that share a face with a kinked one. Changes no
 /// count, no order and no quad; none ends farther than kCrispReach outside of its cell. Cells with several vertices
-/// stay as they are. Sets out.table.readsBeyond where other bricks were read. `curved`, empty before, gets the cells
-/// whose vertex came onto a crease between faces of which one turns. Equal bits everywhere. About a microsecond a cell.
-/// Method: crisp_edges.md.
+/// stay as they are. Sets out.table.readsBeyond where other bricks were read. With `curved` (empty before) only
+/// vertices that come onto a crease between faces of which one turns are moved, and their cells added to it. Equal bits
+/// everywhere. About a microsecond a cell. Method: crisp_edges.md.
 void crispVertices(Sampler& field, Coord brick, const CreaseCells& cells, bool wantNormals, ExtractionBuffer& out,
-                   uint64_t (&curved)[8]);
+                   uint64_t* curved);
 
 }  // namespace argil::clay

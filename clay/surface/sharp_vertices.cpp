@@ -80,7 +80,11 @@ void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, const uint64
           special != table.specials.end() && special->cell == x * 64 + bit ? &*special++ : nullptr;
       const int cx = x + BrickSurroundings::kMargin, cy = y + BrickSurroundings::kMargin,
                 cz = z + BrickSurroundings::kMargin;
-      if (!suspects.at(cx, cy, cz)) continue;
+      const bool onCurved = (curved[x] >> bit & 1) != 0;
+      if (!suspects.at(cx, cy, cz)) {
+        if (onCurved) out.sharp[sharp++] = static_cast<uint16_t>(rank);
+        continue;
+      }
 
       CreaseCell cell;
       cell.low = {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
@@ -101,7 +105,7 @@ void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, const uint64
         for (int e = 0; loops > 1 && e < 12; ++e)
           if (c.loopOfEdge[e] != loop) cell.edges = static_cast<uint16_t>(cell.edges & ~(1 << e));
         const CreaseVertex found = placeAtCrease(cell);
-        if ((curved[x] >> bit & 1) != 0 && (found.kind == CreaseVertex::Kind::none || found.misfit > kExplained)) {
+        if (onCurved && (found.kind == CreaseVertex::Kind::none || found.misfit > kExplained)) {
           out.sharp[sharp++] = static_cast<uint16_t>(rank);
           continue;
         }
