@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <numeric>
 #include <thread>
 
 #include <fmt/format.h>
@@ -32,6 +33,7 @@ struct Benchmark {
 // Extremes and stability are not about this machine, their figures are the same everywhere; a day takes hours.
 constexpr std::array kBenchmarks = {
     Benchmark{.name = "edit", .run = benchEdit},
+    Benchmark{.name = "edit-tools", .run = benchEditTools, .byDefault = false},
     Benchmark{.name = "surface", .run = benchSurface},
     Benchmark{.name = "fine", .run = benchFine},
     Benchmark{.name = "touch", .run = benchTouch},
@@ -71,6 +73,10 @@ double Samples::quantile(double q) const {
       static_cast<ptrdiff_t>(std::min(q * static_cast<double>(us_.size()), static_cast<double>(us_.size() - 1)));
   std::nth_element(us_.begin(), us_.begin() + at, us_.end());
   return us_[static_cast<size_t>(at)];
+}
+
+double Samples::mean() const {
+  return us_.empty() ? 0 : std::accumulate(us_.begin(), us_.end(), 0.0) / static_cast<double>(us_.size());
 }
 
 BenchResult Samples::result(std::string name) const {

@@ -36,6 +36,7 @@ class Samples {
   [[nodiscard]] uint64_t count() const { return us_.size(); }
   [[nodiscard]] double quantile(double q) const;
   [[nodiscard]] double median() const { return quantile(0.5); }
+  [[nodiscard]] double mean() const;
   /// A result with n, median and, where there are enough of them, p99 and p999.
   [[nodiscard]] BenchResult result(std::string name) const;
 
@@ -83,18 +84,19 @@ class BenchReport {
 struct BenchOptions {
   std::vector<std::string> names;  ///< As benchNames() lists them; empty: those that run by default.
   std::filesystem::path json;
-  std::filesystem::path figure;                 ///< SVG, of the one benchmark that draws: buzz or stability.
-  double largest = 48;                          ///< Million active voxels of the largest model.
-  double seconds = 60;                          ///< Of the paced servo.
-  std::filesystem::path from;                   ///< tradeoff, pairs: what was measured before.
-  std::filesystem::path folder;                 ///< Where files are written; empty: the folder of temporary files.
-  double longestS = 60;                         ///< day: of the hand, in one stroke; 1 to 600.
-  int threads = 0;                              ///< day: of strokes; 0: as many as a session takes.
-  double cellSeconds = 20;                      ///< day: a stroke that has taken so much work is cut off.
-  std::vector<double> tips = {2, 12, 50, 200};  ///< day: radii, voxels.
-  double hours = 4;                             ///< day: simulated.
-  int sculpts = 200;                            ///< cad: random ones.
-  std::vector<std::string> tools;  ///< day: ids of the tools that are measured; empty: all that need no file.
+  std::filesystem::path figure;  ///< SVG, of the one benchmark that draws: buzz or stability.
+  double largest = 48;           ///< Million active voxels of the largest model.
+  double seconds = 60;           ///< Of the paced servo.
+  std::filesystem::path from;    ///< tradeoff, pairs: what was measured before.
+  std::filesystem::path folder;  ///< Where files are written; empty: the folder of temporary files.
+  double longestS = 60;          ///< day: of the hand, in one stroke; 1 to 600.
+  int threads = 0;               ///< day: of strokes; 0: as many as a session takes.
+  double cellSeconds = 20;       ///< day, edit-tools: a stroke that has taken so much work is cut off.
+  std::vector<double> tips;      ///< day, edit-tools: radii, voxels; empty: their own.
+  double hours = 4;              ///< day: simulated.
+  int sculpts = 200;             ///< cad: random ones.
+  std::vector<std::string>
+      tools;  ///< day, edit-tools: ids of the tools that are measured; empty: all that need no file.
   Job* job = nullptr;
 };
 
@@ -105,6 +107,7 @@ struct BenchOptions {
 void runBenchmarks(const BenchOptions& options);
 
 void benchEdit(BenchReport& report, const BenchOptions& options);
+void benchEditTools(BenchReport& report, const BenchOptions& options);
 void benchSurface(BenchReport& report, const BenchOptions& options);
 void benchFine(BenchReport& report, const BenchOptions& options);
 void benchFineError(BenchReport& report, const BenchOptions& options);  ///< The second half of fine.

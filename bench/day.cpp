@@ -328,7 +328,7 @@ void benchDayStrokes(BenchReport& report, const BenchOptions& options) {
       if (!options.tools.empty() &&
           std::find(options.tools.begin(), options.tools.end(), row.id) == options.tools.end())
         continue;
-      for (const double radius : options.tips) {
+      for (const double radius : options.tips.empty() ? std::vector<double>{2, 12, 50, 200} : options.tips) {
         engine::Tool tool = engine::standardTool(row);
         tool.quality = engine::findQualityPreset("balanced")->quality.strokes;  // as new documents have it
         tool.radiusMm = radius * model.version.grid().voxelMm;

@@ -14,7 +14,6 @@
 
 #include "bench/bench.h"
 #include "bench/models.h"
-#include "bench/tools.h"
 #include "clay/brush/brush.h"
 #include "clay/brush/brush_method.h"
 #include "clay/store/sampler.h"
@@ -124,10 +123,11 @@ void freshDab(Model& m, const Vec3d& at) {
     if (a.brick() && b.brick()) work.push_back({a.brick(), b.brick()});
   });
   FloatBrick scratch;
-  BrickValues values;
+  BrickValues values, solid;
   Stopwatch kernelWatch;
   for (const Work& w : work) {
-    carveBrick(sweptBall(dabAt(at), w.from->coord), base.grid().band, w.from->values(values), scratch);
+    ballDistances(sweptBall(dabAt(at), w.from->coord), solid);
+    takeAwaySolid(solid, base.grid().band, w.from->values(values), scratch);
   }
   m.kernel.add(kernelWatch.us());
   const size_t bytes = brickBytes(base.store()->precision());
@@ -431,7 +431,6 @@ void benchEdit(BenchReport& report, const BenchOptions& options) {
   reportFresh(report, models, "edit/ball20-flat/");
   models.clear();
   precisions(report, options);
-  benchTools(report, benchSizes(std::min(options.largest, 48.0)), options.job);
 }
 
 }  // namespace argil::bench

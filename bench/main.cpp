@@ -35,7 +35,7 @@ int run(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--threads", options.threads, "day: threads of strokes; 0: as many as the studio takes")
       ->capture_default_str();
-  app.add_option("--tips", options.tips, "day: radii of the tools' tips, voxels")->capture_default_str();
+  app.add_option("--tips", options.tips, "day, edit-tools: radii of the tools' tips, voxels");
   app.add_option("--sculpts", options.sculpts, "cad: random sculpts")->capture_default_str();
   app.add_option("--hours", options.hours, "day: simulated hours")->capture_default_str();
   app.add_option("--tools", options.tools, "day: the tools that are measured; all when left out");

@@ -246,6 +246,7 @@ Steps BrushStroke::State::sweepTip(const Stamp& s, const Stamp* last, std::vecto
 void BrushStroke::State::computeSwept(const Stamp& s, std::vector<Coord>& influenced) {
   const float band = editor->grid().band;
   const bool carving = *tool == Method::carve;
+  const Precision precision = editor->base().store()->precision();
   const bool straight = std::abs(s.radiusAtEnd() - s.radius) <= static_cast<double>(kGrows) * (s.b - s.a).norm();
   parallelBlocks(
       swept.size(), swept.size() >= kParallelFrom ? threads : 1,
@@ -254,27 +255,20 @@ void BrushStroke::State::computeSwept(const Stamp& s, std::vector<Coord>& influe
         for (size_t i = begin; i < end; ++i) {
           Swept& each = swept[i];
           FloatBrick& target = *each.brick;
-          const float* source = each.was.values(scratch, band);
-          if (brush->tip == Tip::ball) {
-            const SweptBall ball = sweptBall(s, target.coord);
-            if (each.was.isTile()) {
-              each.exact = !each.cover && straight;
-            } else if (!each.cover && straight) {
-              float distance[kBrickVoxels];
-              ballDistances(ball, distance);
-              each.exact = !meetAtAnAngle(source, distance, carving ? -1.0f : 1.0f, band, kMeets);
-            }
-            each.change = carving ? carveBrick(ball, band, source, target) : addBrick(ball, band, source, target);
-          } else {
-            float distance[kBrickVoxels], most = 0;
-            tipDistances(*brush, s, target.coord, distance);
-            // One that is written in place is its own source.
-            if (each.was == Slot(each.brick)) source = std::copy_n(source, kBrickVoxels, scratch) - kBrickVoxels;
-            for (int v = 0; v < kBrickVoxels; ++v)
-              target.value[v] = carving ? std::max(source[v], -distance[v]) : std::min(source[v], distance[v]);
-            each.change = sealBrick(source, band, target, most);
+          // The next ones come from memory while this one is computed. (Written out: clay/surface says why.)
+          if (i + 1 < end) {
+            const Brick* next[2] = {swept[i + 1].was.brick(), swept[i + 1].brick};
+            for (const Brick* brick : next)
+              for (size_t line = 0; brick && line < brickBytes(precision); line += 64)
+                __builtin_prefetch(reinterpret_cast<const std::byte*>(brick) + line);
           }
-          float most = 0;
+          const float* source = each.was.values(scratch, band);
+          float distance[kBrickVoxels], most = 0;
+          tipDistances(*brush, s, target.coord, distance);
+          if (brush->tip == Tip::ball && !each.cover && straight)
+            each.exact = each.was.isTile() || !meetAtAnAngle(source, distance, carving ? -1.0f : 1.0f, band, kMeets);
+          each.change =
+              carving ? takeAwaySolid(distance, band, source, target) : layOnSolid(distance, band, source, target);
           if (each.cover) each.change = masked(*each.cover, source, target, most);
         }
       },

@@ -55,46 +55,40 @@ HWY_INLINE Row outsideOf(const SweptBall& b, float x, float y, Row z) {
 }
 
 template <class Value>
-HWY_INLINE BrickChange forRows(float band, const float* phi, int stride, FloatBrick& out, const Value& value) {
+HWY_INLINE BrickChange forRows(float band, const float* phi, FloatBrick& out, const Value& value) {
   const RowTag d;
-  const Row lanes = hn::Iota(d, -3.5f), bound = hn::Set(d, band), zero = hn::Zero(d);
+  const Row bound = hn::Set(d, band), zero = hn::Zero(d);
   auto* bits = reinterpret_cast<uint8_t*>(out.inside);
   auto changed = hn::Lt(zero, zero), inBand = changed;  // no lane yet
-  for (int x = 0; x < 8; ++x)
-    for (int y = 0; y < 8; ++y) {
-      const float* source = phi + (stride == 8 ? x * 64 + y * 8 : paddedOffset(x + 1, y + 1, 1));
-      float* target = out.value + x * 64 + y * 8;
-      uint8_t* row = bits + x * 8 + y;
-      *row = 0;
-      for (size_t lane = 0; lane < 8; lane += hn::Lanes(d)) {
-        const Row old = hn::LoadU(d, source + lane);
-        const Row z = hn::Add(lanes, hn::Set(d, static_cast<float>(lane)));
-        // + 0 turns −0 into 0.
-        const Row next =
-            hn::Add(value(old, static_cast<float>(x) - 3.5f, static_cast<float>(y) - 3.5f, z, source + lane), zero);
-        changed = hn::Or(changed, hn::Ne(next, old));
-        inBand = hn::Or(inBand, hn::Lt(hn::Abs(next), bound));
-        storeBits(hn::Lt(next, zero), static_cast<int>(lane), row);
-        hn::StoreU(next, d, target + lane);
-      }
+  for (int row = 0; row < kBrickVoxels / 8; ++row) {
+    bits[row] = 0;
+    for (size_t lane = 0; lane < 8; lane += hn::Lanes(d)) {
+      const auto at = static_cast<ptrdiff_t>(row) * 8 + static_cast<ptrdiff_t>(lane);
+      const Row old = hn::LoadU(d, phi + at);
+      // + 0 turns −0 into 0.
+      const Row next = hn::Add(value(old, at), zero);
+      changed = hn::Or(changed, hn::Ne(next, old));
+      inBand = hn::Or(inBand, hn::Lt(hn::Abs(next), bound));
+      storeBits(hn::Lt(next, zero), static_cast<int>(lane), bits + row);
+      hn::StoreU(next, d, out.value + at);
     }
+  }
   return {!hn::AllFalse(d, changed), !hn::AllFalse(d, inBand)};
 }
 
-BrickChange Carve(const SweptBall& ball, float band, const float* phi, FloatBrick& out) {
+BrickChange TakeAway(const float* solid, float band, const float* phi, FloatBrick& out) {
   const RowTag d;
   const Row bound = hn::Set(d, band);
-  return forRows(band, phi, 8, out, [&](Row old, float x, float y, Row z, const float*) {
-    return hn::Min(hn::Max(old, hn::Neg(outsideOf(ball, x, y, z))), bound);
+  return forRows(band, phi, out, [&](Row old, ptrdiff_t at) {
+    return hn::Min(hn::Max(old, hn::Neg(hn::LoadU(d, solid + at))), bound);
   });
 }
 
-BrickChange Add(const SweptBall& ball, float band, const float* phi, FloatBrick& out) {
+BrickChange LayOn(const float* solid, float band, const float* phi, FloatBrick& out) {
   const RowTag d;
   const Row bound = hn::Set(d, -band);
-  return forRows(band, phi, 8, out, [&](Row old, float x, float y, Row z, const float*) {
-    return hn::Max(hn::Min(old, outsideOf(ball, x, y, z)), bound);
-  });
+  return forRows(band, phi, out,
+                 [&](Row old, ptrdiff_t at) { return hn::Max(hn::Min(old, hn::LoadU(d, solid + at)), bound); });
 }
 
 bool Meet(const float* phi, const float* solid, float sign, float band, float most) {
@@ -131,8 +125,8 @@ BrickChange Seal(const float* source, float band, FloatBrick& out, float& most) 
   const Row bound = hn::Set(d, band);
   Row largest = hn::Zero(d);
   const float* mine = out.value;
-  const BrickChange change = forRows(band, source, 8, out, [&](Row old, float, float, Row, const float* at) {
-    const Row next = hn::Min(hn::Max(hn::LoadU(d, mine + (at - source)), hn::Neg(bound)), bound);
+  const BrickChange change = forRows(band, source, out, [&](Row old, ptrdiff_t at) {
+    const Row next = hn::Min(hn::Max(hn::LoadU(d, mine + at), hn::Neg(bound)), bound);
     largest = hn::Max(largest, hn::Abs(hn::Sub(next, old)));
     return next;
   });
@@ -303,9 +297,8 @@ void RenewNear(const float* padded, const uint64_t* frozen, float least, float* 
 BrickChange Settle(const float* phi, const float* u, float band, float tolerance, FloatBrick& out) {
   const RowTag d;
   const Row limit = hn::Set(d, tolerance), zero = hn::Zero(d);
-  return forRows(band, phi, 8, out, [&](Row old, float, float, Row, const float* at) {
-    const auto voxel = static_cast<int>(at - phi);
-    const Row solved = hn::LoadU(d, u + voxel);
+  return forRows(band, phi, out, [&](Row old, ptrdiff_t at) {
+    const Row solved = hn::LoadU(d, u + at);
     const Row value = hn::IfThenElse(hn::Lt(old, zero), hn::Neg(solved), solved);
     return hn::IfThenElse(hn::Lt(hn::Abs(hn::Sub(value, old)), limit), old, value);
   });
@@ -360,8 +353,8 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace argil::clay {
 
-HWY_EXPORT(Carve);
-HWY_EXPORT(Add);
+HWY_EXPORT(TakeAway);
+HWY_EXPORT(LayOn);
 HWY_EXPORT(Smooth);
 HWY_EXPORT(Meet);
 HWY_EXPORT(Seal);
@@ -374,11 +367,11 @@ HWY_EXPORT(Bound);
 HWY_EXPORT(Eikonal);
 HWY_EXPORT(Settle);
 
-BrickChange carveBrick(const SweptBall& ball, float band, const float* phi, FloatBrick& out) noexcept {
-  return HWY_DYNAMIC_DISPATCH(Carve)(ball, band, phi, out);
+BrickChange takeAwaySolid(const float* solid, float band, const float* phi, FloatBrick& out) noexcept {
+  return HWY_DYNAMIC_DISPATCH(TakeAway)(solid, band, phi, out);
 }
-BrickChange addBrick(const SweptBall& ball, float band, const float* phi, FloatBrick& out) noexcept {
-  return HWY_DYNAMIC_DISPATCH(Add)(ball, band, phi, out);
+BrickChange layOnSolid(const float* solid, float band, const float* phi, FloatBrick& out) noexcept {
+  return HWY_DYNAMIC_DISPATCH(LayOn)(solid, band, phi, out);
 }
 void smoothBrick(const float* padded, const float* weight, float amount, float band, float* out) noexcept {
   HWY_DYNAMIC_DISPATCH(Smooth)(padded, weight, amount, band, out);

@@ -33,10 +33,9 @@ inline constexpr int paddedOffset(int x, int y, int z) {
 // All of these use add, multiply, divide, square root, min and max only, in one order: equal bits on every target and
 // to the scalar reference. They write out.value and out.inside. `out.value` may be `phi`.
 
-/// Carve: max(phi, −d), add: min(phi, d), d the distance to the swept ball; clamped to ±band. `phi`: the source's 512
-/// values.
-BrickChange carveBrick(const SweptBall& ball, float band, const float* phi, FloatBrick& out) noexcept;
-BrickChange addBrick(const SweptBall& ball, float band, const float* phi, FloatBrick& out) noexcept;
+/// max(phi, −d), or min(phi, d), d the distances to a solid; clamped to ±band. `phi`: the source's, within ±band.
+BrickChange takeAwaySolid(const float* solid, float band, const float* phi, FloatBrick& out) noexcept;
+BrickChange layOnSolid(const float* solid, float band, const float* phi, FloatBrick& out) noexcept;
 
 /// What somebody else made of a brick: where `weight` is above zero and |phi| < `band` it may differ from phi by
 /// `most`, elsewhere it becomes phi again. False where such a value is not finite; then `made` is undefined.

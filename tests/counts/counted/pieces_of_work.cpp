@@ -165,7 +165,11 @@ void addKernels(std::vector<PieceOfWork>& all) {
                    }});
   };
   const clay::SweptBall tip{3, 3, 3, 2, 1, 0, 0.2f, 4, 0};
-  kernel("carve-kernel", [=](Room& r) { (void)clay::carveBrick(tip, 3, r.out, *r.brick); });
+  kernel("carve-kernel", [=](Room& r) {
+    clay::BrickValues solid;
+    clay::ballDistances(tip, solid);
+    (void)clay::takeAwaySolid(solid, 3, r.out, *r.brick);
+  });
   kernel("mean-kernel", [](Room& r) { (void)clay::broadMeans(r.broad, 4, 0, 3, r.out); });
   kernel("distance-kernel", [](Room& r) { (void)clay::eikonalPass(r.padded, r.frozen, ~uint64_t{0}, 3, r.out); });
   kernel("wide-distance-kernel", [](Room& r) { (void)clay::widePass(r.wide, r.frozen, ~uint64_t{0}, 3, r.out); });
