@@ -316,6 +316,7 @@ SurfaceDelta Surface::update(const Version& version, int threads, bool keepBefor
     if (const auto kept = s.findKept(version); kept != s.kept.end()) {
       s.swap(*kept, delta);
       s.version = version;
+      delta.keepsBefore = true;
     } else {
       s.extract(version, threads, keepBefore, delta);
     }
@@ -340,6 +341,7 @@ void Surface::State::extract(const Version& next, int threads, bool keepBefore, 
   ReplacedMeshes replaced{next.id(), before.id(), {}, 0};
   follow(tasks.finish(), whole, threads, delta, &replaced);
   keep(std::move(replaced), kBytesOfQuad * std::max(quads, quadCount));
+  delta.keepsBefore = findKept(before) != kept.end();
 }
 
 const Version& Surface::version() const {

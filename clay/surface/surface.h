@@ -58,6 +58,8 @@ struct SurfaceDelta {
   /// What vertices show of colour, material and mask, where that or the mesh changed; a mesh with other vertices that
   /// has none here has nothing set. Each brick coordinate at most once.
   std::vector<std::shared_ptr<const BrickPaint>> painted;
+  /// The surface keeps the meshes that this replaced: a later delta may bring the same ones back.
+  bool keepsBefore = false;
 };
 
 /// A part of a surface as triangles: 64 voxels along x.

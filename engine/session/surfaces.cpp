@@ -42,6 +42,7 @@ clay::SurfaceDelta Surfaces::merge(std::vector<clay::SurfaceDelta>& deltas) {
       if (fresh) merged.painted.emplace_back();
       merged.painted[at->second] = std::move(paint);
     }
+    merged.keepsBefore |= delta.keepsBefore;
   }
   return merged;
 }

@@ -153,7 +153,7 @@ void SurfaceBuffers::Staging::write(std::vector<VkBufferCopy>& copies, VkDeviceS
 void SurfaceBuffers::clear() {
   if (!vertices_.handle()) return;
   gpu_.run([](VkCommandBuffer) {});  // a picture that is still being drawn reads them
-  ranges_ = BufferRanges();
+  ranges_.clear();
   paint_.reset();
   vertices_.reset();
   indices_.reset();

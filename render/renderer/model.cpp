@@ -35,6 +35,11 @@ void keepFreedMemory() {
 
 Model::Model(Gpu& gpu) : buffers_(gpu), list_(gpu) {
   if (gpu.properties().deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU) keepFreedMemory();
+  buffers_.ranges().onFull([this] {
+    bool any = false;
+    for (auto& [id, piece] : pieces_) any |= piece.clay && piece.clay->dropKept();
+    return any;
+  });
 }
 
 UploadStats Model::update(PieceId id, const clay::SurfaceDelta& delta) {

@@ -44,30 +44,40 @@ void BufferRanges::reserve(uint64_t vertices, uint64_t quads, UploadSink& sink) 
   if (std::max(wantedVertices, wantedQuads) > kMaxUnits) {
     throw Error("the surface has more triangles than the renderer can address; use larger voxels", Error::Kind::work);
   }
-  sink.reserve(uint32_t(wantedVertices), uint32_t(wantedQuads) * kIndicesPerQuad);  // may throw: first
+  try {
+    sink.reserve(uint32_t(wantedVertices), uint32_t(wantedQuads) * kIndicesPerQuad);  // first: nothing has changed yet
+  } catch (const Error&) {
+    if (!makeRoom_ || !makeRoom_()) throw;
+    return;  // What is free now may be enough in pieces.
+  }
   vertices_.grow(uint32_t(wantedVertices));
   quads_.grow(uint32_t(wantedQuads));
 }
 
 uint32_t BufferRanges::takeVertices(uint32_t count, UploadSink& sink) {
-  if (const auto begin = vertices_.allocate(count)) return *begin;
-  reserve(count, 0, sink);
-  return *vertices_.allocate(count);
+  for (;;) {
+    if (const auto begin = vertices_.allocate(count)) return *begin;
+    reserve(count, 0, sink);
+  }
 }
 
 uint32_t BufferRanges::takeQuads(uint32_t count, UploadSink& sink) {
-  if (const auto begin = quads_.allocate(count)) return *begin;
-  reserve(0, count, sink);
-  return *quads_.allocate(count);
+  for (;;) {
+    if (const auto begin = quads_.allocate(count)) return *begin;
+    reserve(0, count, sink);
+  }
+}
+
+void SurfaceLayout::releaseChunk(Chunk& chunk) {
+  for (const auto& brick : chunk.bricks)
+    if (brick) ranges_->releaseVertices(brick->firstVertex, brick->vertexCapacity);
+  dropLevels(chunk);
+  ranges_->releaseQuads(chunk.firstQuad, chunk.quads.capacity());
 }
 
 void SurfaceLayout::clear() {
-  for (auto& [coord, chunk] : chunks_) {
-    for (const auto& brick : chunk.bricks)
-      if (brick) ranges_->releaseVertices(brick->firstVertex, brick->vertexCapacity);
-    dropLevels(chunk);
-    ranges_->releaseQuads(chunk.firstQuad, chunk.quads.capacity());
-  }
+  dropKept();
+  for (auto& [coord, chunk] : chunks_) releaseChunk(chunk);
   chunks_.clear();
   bricks_ = 0;
   draws_.clear();
@@ -80,9 +90,9 @@ size_t SurfaceLayout::placeOf(Coord brick) {
   return size_t(clay::Brick::offset(brick.x & 7, brick.y & 7, brick.z & 7));
 }
 
-Coord SurfaceLayout::brickAt(const Chunk& chunk, size_t place) const {
+Coord SurfaceLayout::brickAt(size_t place) {
   const auto at = int32_t(place);
-  return chunk.coord * (1 << kChunkBits) + Coord{at >> 6, (at >> 3) & 7, at & 7};
+  return {at >> 6, (at >> 3) & 7, at & 7};
 }
 
 const SurfaceLayout::Chunk* SurfaceLayout::chunkAt(Coord chunk) const {
@@ -96,13 +106,13 @@ const SurfaceLayout::BrickEntry* SurfaceLayout::find(Coord brick) const {
 }
 
 /// The buffers get their size at once: a first load makes each of them a single time.
-void SurfaceLayout::reserveFor(const clay::SurfaceDelta& delta, UploadSink& sink) {
+void SurfaceLayout::reserveFor(std::span<const clay::BrickMeshPtr> changed, UploadSink& sink) {
   uint64_t newVertices = 0, newQuads = 0;
   std::map<Coord, int64_t> growth;
   Coord last{INT32_MIN, 0, 0};
   const Chunk* chunk = nullptr;
   int64_t* added = nullptr;
-  for (const clay::BrickMeshPtr& mesh : delta.changed) {
+  for (const clay::BrickMeshPtr& mesh : changed) {
     if (const Coord coord = mesh->brick >> kChunkBits; !added || coord != last) {
       last = coord;
       chunk = chunkAt(coord);
@@ -122,11 +132,19 @@ void SurfaceLayout::reserveFor(const clay::SurfaceDelta& delta, UploadSink& sink
 }
 
 void SurfaceLayout::apply(const clay::SurfaceDelta& delta, UploadSink& sink) {
-  reserveFor(delta, sink);
+  const bool exchanges = delta.keepsBefore && whole_;
+  const uint64_t before = quads_;
+  if (!exchanges) reserveFor(delta.changed, sink);
   whole_ = false;  // until all is done
   grid_ = delta.grid;
+  Exchange exchange;
+  if (exchanges) {
+    exchange = exchangeKept(delta);
+    reserveFor(exchange.rest, sink);
+  }
   Works works(chunks_);
-  for (const clay::BrickMeshPtr& mesh : delta.changed) takeMesh(mesh, works, sink);
+  for (const clay::BrickMeshPtr& mesh : exchanges ? exchange.rest : delta.changed) takeMesh(mesh, works, sink);
+  rewriteAround(exchange, works);
   takePaint(delta, works);
   if (ranges_->painted()) {
     for (const auto& [coord, work] : works.all())
@@ -134,7 +152,8 @@ void SurfaceLayout::apply(const clay::SurfaceDelta& delta, UploadSink& sink) {
   }
   noteUnseen(works);
   placeQuads(works, sink);
-  updateDraws(works);
+  updateDraws(works, exchange);
+  if (exchanges) dropKept(std::max(before, quads_));
   whole_ = true;
 }
 
@@ -173,6 +192,7 @@ void SurfaceLayout::takeMesh(const clay::BrickMeshPtr& mesh, Works& works, Uploa
   brick->paint.reset();  // what is painted comes with the same delta
   ChunkWork::set(work.repaint, place);
   const bool moved = writeVertices(*brick, sink);
+  work.chunk.stamp = ++stamps_;
   for (int n = 1; n < 8; ++n) {
     const Coord neighbour = coord + Coord{n & 1, (n >> 1) & 1, n >> 2};
     const bool inChunk = neighbour >> kChunkBits == coord >> kChunkBits;
@@ -247,7 +267,7 @@ void SurfaceLayout::colourMaterials(const MaterialColours& colours, UploadSink& 
       }
     }
   }
-  updateDraws(works);
+  updateDraws(works, {});
 }
 
 void SurfaceLayout::writePaint(const BrickEntry& brick, UploadSink& sink) {
@@ -353,10 +373,9 @@ SurfaceLayout::Lower SurfaceLayout::lowerOf(const Chunk& chunk) const {
 }
 
 SurfaceLayout::Bases SurfaceLayout::basesOf(const Lower& lower, size_t place) {
-  const auto at = int32_t(place);
   Bases bases;
   for (int n = 0; n < 8; ++n) {
-    const Coord brick = Coord{at >> 6, (at >> 3) & 7, at & 7} - Coord{n & 1, (n >> 1) & 1, n >> 2};
+    const Coord brick = brickAt(place) - Coord{n & 1, (n >> 1) & 1, n >> 2};
     const Chunk* chunk = lower[size_t(int(brick.x < 0) | int(brick.y < 0) << 1 | int(brick.z < 0) << 2)];
     const BrickEntry* there = chunk ? chunk->bricks[placeOf(brick)].get() : nullptr;
     if (there) bases[size_t(n)] = {there, there->firstVertex, uint32_t(there->mesh->positions.size())};
@@ -388,8 +407,8 @@ void SurfaceLayout::writeQuads(const BrickEntry& brick, const Bases& bases, cons
   sink.writeIndices((chunk.firstQuad + brick.firstQuad) * kIndicesPerQuad, indexScratch_);
 }
 
-void SurfaceLayout::updateDraws(const Works& works) {
-  bool otherChunks = false;
+void SurfaceLayout::updateDraws(const Works& works, const Exchange& exchange) {
+  bool otherChunks = exchange.otherChunks;
   for (const auto& [coord, work] : works.all()) {
     if (!work.changed) continue;
     Chunk& chunk = work.chunk;
@@ -407,7 +426,8 @@ void SurfaceLayout::updateDraws(const Works& works) {
     for (auto& [coord, chunk] : chunks_) {
       const size_t was = std::exchange(chunk.draw, SIZE_MAX);
       if (chunk.quads.used() == 0) continue;
-      draws_.push_back(was == SIZE_MAX ? ChunkDraw() : before[was]);
+      const auto back = exchange.back.find(coord);
+      draws_.push_back(back != exchange.back.end() ? back->second.draw : was == SIZE_MAX ? ChunkDraw() : before[was]);
       chunk.draw = draws_.size() - 1;
     }
   }

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -57,7 +58,8 @@ class UploadSink {
 /// The two buffers, shared by all pieces: who has which range.
 class BufferRanges {
  public:
-  /// Room for that many more, in one growth. Throws Error (work) past 4 G indices; then nothing has changed.
+  /// Room for that many more, in one growth; or nothing, where only what onFull() gave back may do. Throws Error (work)
+  /// past 4 G indices; then nothing has changed.
   void reserve(uint64_t vertices, uint64_t quads, UploadSink& sink);
   [[nodiscard]] uint32_t takeVertices(uint32_t count, UploadSink& sink);
   [[nodiscard]] uint32_t takeQuads(uint32_t count, UploadSink& sink);
@@ -66,11 +68,19 @@ class BufferRanges {
   /// Whether some vertex has paint: then all have, else none costs anything.
   [[nodiscard]] bool painted() const { return painted_; }
   void setPainted() { painted_ = true; }
+  /// All of both is free and of no length; nobody may have a range of it.
+  void clear() {
+    vertices_ = quads_ = RangeAllocator();
+    painted_ = false;
+  }
+  /// Called where the buffers cannot grow: gives back what can be spared, and says whether that was anything.
+  void onFull(std::function<bool()> makeRoom) { makeRoom_ = std::move(makeRoom); }
   [[nodiscard]] uint32_t usedVertices() const { return vertices_.used(); }
   [[nodiscard]] uint32_t usedQuads() const { return quads_.used(); }
 
  private:
   RangeAllocator vertices_{0}, quads_{0};
+  std::function<bool()> makeRoom_;
   bool painted_ = false;
 };
 
@@ -98,8 +108,9 @@ struct ChunkDraw {
 };
 
 /// Follows a clay surface delta by delta. One vertex range and one index range a brick; the index ranges of a chunk lie
-/// in one block. Writes only bricks whose mesh changed, and the indices of those whose neighbour's vertices moved. One
-/// thread.
+/// in one block. Writes only bricks whose mesh changed, and the indices of those whose neighbour's vertices moved. Of a
+/// delta whose surface keeps what it replaced, chunks that are replaced as a whole stay in the buffers, as long as they
+/// take no more than what is drawn: bringing them back writes nothing of them. One thread.
 class SurfaceLayout {
  public:
   /// `ranges` and the sinks given later belong together and outlive this.
@@ -124,6 +135,10 @@ class SurfaceLayout {
   [[nodiscard]] const std::vector<ChunkDraw>& draws() const { return draws_; }
   [[nodiscard]] uint64_t triangleCount() const { return 2 * quads_; }
   [[nodiscard]] uint64_t brickCount() const { return bricks_; }
+  /// Of what lies in the buffers but is not drawn, since it may come back.
+  [[nodiscard]] uint64_t keptQuads() const { return keptQuads_; }
+  /// False where there is nothing of that.
+  bool dropKept() { return dropKept(0); }
   /// Tight box of all vertices, turned and then moved by `translation`. O(chunks + bricks of changed chunks + vertices
   /// at its sides, where turned).
   [[nodiscard]] Box bounds(const Eigen::Quaterniond& rotation = Eigen::Quaterniond::Identity(),
@@ -169,6 +184,8 @@ class SurfaceLayout {
     BrickBits drawn{};                                 // bricks with quads
     std::array<ChunkLevel, size_t(kLevels)> levels{};  // above 0
     size_t draw = SIZE_MAX;                            // in draws_
+    // Another number whenever its vertices are others: who names them asks whether they are what they were.
+    uint64_t stamp = 0;
     mutable std::optional<Box> tight;  // of the vertices that its quads name, in voxels; found when asked for
   };
   struct Base {
@@ -179,8 +196,28 @@ class SurfaceLayout {
   using Lower = std::array<const Chunk*, 8>;
   struct ChunkWork;
   class Works;
+  // A chunk that was replaced, with what its indices relied on.
+  struct KeptChunk {
+    std::map<Coord, Chunk>::node_type node;  // empty: there was none
+    ChunkDraw draw;
+    uint64_t quads = 0, age = 0;
+    std::array<uint64_t, 8> lower{};  // stamps of the chunks lower by n
+  };
+  // What comes back, and what is left to be written.
+  struct Exchange {
+    std::vector<clay::BrickMeshPtr> rest;
+    std::map<Coord, KeptChunk> back;  // without their nodes, which are in chunks_ again
+    bool otherChunks = false;
+  };
 
-  void reserveFor(const clay::SurfaceDelta& delta, UploadSink& sink);
+  [[nodiscard]] Exchange exchangeKept(const clay::SurfaceDelta& delta);
+  [[nodiscard]] KeptChunk takeOut(Coord coord);
+  void putBack(KeptChunk& kept);  // its node is empty then
+  [[nodiscard]] uint64_t stampOf(Coord chunk) const;
+  void rewriteAround(const Exchange& exchange, Works& works);
+  void releaseChunk(Chunk& chunk);
+  bool dropKept(uint64_t most);  // down to so many quads, the oldest first
+  void reserveFor(std::span<const clay::BrickMeshPtr> changed, UploadSink& sink);
   void takeMesh(const clay::BrickMeshPtr& mesh, Works& works, UploadSink& sink);
   void takePaint(const clay::SurfaceDelta& delta, Works& works);
   static SurfaceVertex vertexOf(const clay::BrickMesh& mesh, size_t index);
@@ -198,13 +235,14 @@ class SurfaceLayout {
   void repack(ChunkWork& work, UploadSink& sink);
   void writeQuads(const BrickEntry& brick, const Bases& bases, const Chunk& chunk, UploadSink& sink);
   static size_t placeOf(Coord brick);  // in its chunk
-  [[nodiscard]] Coord brickAt(const Chunk& chunk, size_t place) const;
+  static Coord brickAt(size_t place);  // in its chunk
+  static Coord brickAt(const Chunk& chunk, size_t place) { return chunk.coord * (1 << kChunkBits) + brickAt(place); }
   [[nodiscard]] const Chunk* chunkAt(Coord chunk) const;
   [[nodiscard]] const BrickEntry* find(Coord brick) const;
   [[nodiscard]] Lower lowerOf(const Chunk& chunk) const;   // the chunk, and those dx·1 + dy·2 + dz·4 lower, or null
   static Bases basesOf(const Lower& lower, size_t place);  // the bricks that a brick's quads may name
   void dropLevels(Chunk& chunk);
-  void updateDraws(const Works& works);
+  void updateDraws(const Works& works, const Exchange& exchange);
   const Box& tightBox(const Chunk& chunk) const;
   NormalCone coneOf(const Chunk& chunk) const;
   void makeLevel(Chunk& chunk, int level, UploadSink& sink);
@@ -214,6 +252,8 @@ class SurfaceLayout {
   bool hideMasked_ = false;
   MaterialColours materials_;
   std::map<Coord, Chunk> chunks_;
+  std::map<Coord, KeptChunk> kept_;
+  uint64_t keptQuads_ = 0, stamps_ = 0, age_ = 0;
   uint64_t bricks_ = 0, quads_ = 0, picture_ = kRestPictures;
   bool whole_ = true;
   std::vector<ChunkDraw> draws_;

@@ -43,7 +43,7 @@ void SurfaceLayout::hideMasked(bool hide, UploadSink& sink) {
       if (chunk.bricks[place] && chunk.bricks[place]->paint) ChunkWork::set(works.at(coord).repaint, place);
   noteUnseen(works);
   placeQuads(works, sink);
-  updateDraws(works);
+  updateDraws(works, {});
 }
 
 }  // namespace argil::render

@@ -5,6 +5,10 @@
 #include <optional>
 
 #include "clay/base/error.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "clay/surface/surface.h"
+#include "clay/whole/boolean.h"
 #include "render/renderer/renderer.h"
 #include "tests/unit/render/field_surface.h"
 
@@ -105,6 +109,32 @@ TEST_F(Memory, APanelsPictureThatDoesNotFitLeavesTheOthers) {
   panels.commands.push_back({{0, 0, 1, 1}, 4, 0, 0, 0});
   EXPECT_THROW((void)renderer_->render(Shot(), kWidth, kHeight, &panels), Error);  // it is not there
   EXPECT_EQ(draw(), free_);
+}
+
+// What an operation replaced lies there until it comes back, unless another piece has no room then.
+TEST_F(Memory, WhatMayComeBackGoesBeforeAPieceDoes) {
+  const auto ball = [](double radius) {
+    clay::Grid grid;
+    grid.voxelMm = 1;
+    return clay::makeSphere(clay::Store::make(), grid, Vec3d::Zero(), radius);
+  };
+  const clay::Version before = ball(62), after = combine(before, ball(60), clay::Combination::intersect);
+  // Bytes with both of an operation, and with a second piece.
+  const auto operate = [&](uint64_t limit) {
+    finish();
+    start(limit);
+    clay::Surface surface;
+    renderer_->update(1, surface.update(before));
+    renderer_->update(1, surface.update(after, 1, true));
+    const uint64_t both = renderer_->deviceBytes();
+    renderer_->update(2, clay::Surface().update(ball(62)));
+    return std::pair(both, renderer_->deviceBytes());
+  };
+  const auto [held, grown] = operate(0);
+  ASSERT_GT(grown, held) << "the second piece fits beside what is kept: this test shows nothing";
+  const auto [heldWithin, within] = operate(held + (grown - held) * 17 / 20);
+  EXPECT_EQ(heldWithin, held);
+  EXPECT_EQ(within, held) << "in the place of what was kept";
 }
 
 }  // namespace
