@@ -143,6 +143,11 @@ void inspectClay(const InspectOptions& options) {
     fmt::print("{}: a part\n", part.name);
     printTopology(mesh);
   }
+  if (print) {
+    const Meetings met = meetings(document, print->gapMm, options.job);
+    json["pieces_that_meet"] = meetingsJson(met);
+    if (!options.json) sayMeetings(met, print->gapMm);
+  }
   if (options.cost) json["memory"] = memoryCosts(document, held, !options.json);
   if (options.json) fmt::print("{}\n", json.dump(2));
 }

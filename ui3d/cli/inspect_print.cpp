@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "clay/base/error.h"
+#include "io/bytes/input.h"
 
 namespace argil::cli {
 
@@ -106,6 +107,45 @@ nlohmann::ordered_json printJson(const engine::PrintProcess& process, const engi
                              {"volume_mm3", trap.volumeMm3},
                              {"closed", trap.closed},
                              {"spills_mm", trap.spillsMm}});
+  return json;
+}
+
+Meetings meetings(const engine::Document& document, double gapMm, Job* job) {
+  Meetings result;
+  std::vector<engine::PlacedClay> placed;
+  for (const engine::Piece& piece : document.pieces) {
+    if (!piece.visible) continue;
+    result.names.push_back(piece.name);
+    placed.push_back({piece.version, piece.pose});
+  }
+  result.found = engine::piecesThatMeet(placed, gapMm, job);
+  return result;
+}
+
+void sayMeetings(const Meetings& meetings, double gapMm) {
+  if (meetings.names.size() < 2) return;
+  if (meetings.found.empty()) {
+    fmt::print("pieces        none meet or are nearer to another than {:g} mm\n", gapMm);
+    return;
+  }
+  for (const engine::PiecesMeet& each : meetings.found) {
+    const std::string how = each.overlap   ? fmt::format("overlap, {:.2g} mm deep", each.mm)
+                            : each.mm == 0 ? std::string("touch")
+                                           : fmt::format("are {:.2g} mm apart", each.mm);
+    fmt::print("pieces        {} and {} {} at {}\n", io::displayName(meetings.names[each.first]),
+               io::displayName(meetings.names[each.second]), how, at(each.atMm));
+  }
+}
+
+nlohmann::ordered_json meetingsJson(const Meetings& meetings) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (const engine::PiecesMeet& each : meetings.found) {
+    const Vec3d& p = each.atMm;
+    json.push_back({{"pieces", {meetings.names[each.first], meetings.names[each.second]}},
+                    {"overlap", each.overlap},
+                    {"mm", each.mm},
+                    {"at_mm", {p.x(), p.y(), p.z()}}});
+  }
   return json;
 }
 

@@ -217,14 +217,17 @@ ordered_json clayJson(const clay::Version& version) {
 ordered_json printOf(const engine::Script& script, const engine::Document& document, Job* job) {
   if (!script.print) return {};
   const engine::PrintProcess process = engine::printProcess(*script.print);
-  ordered_json all = ordered_json::array();
+  ordered_json all{{"print", ordered_json::array()}};
   for (const engine::Piece& piece : document.pieces) {
     if (!piece.visible || piece.version.stats().bricks == 0) continue;
     const engine::PrintReport report = engine::checkPrint(piece.version, piece.pose, process, job);
     fmt::print("{}: ", io::displayName(piece.name));
     sayPrint(process, report);
-    all.push_back({{"name", piece.name}, {"print", printJson(process, report)}});
+    all["print"].push_back({{"name", piece.name}, {"print", printJson(process, report)}});
   }
+  const Meetings met = meetings(document, process.gapMm, job);
+  sayMeetings(met, process.gapMm);
+  all["pieces_that_meet"] = meetingsJson(met);
   return all;
 }
 
@@ -261,7 +264,7 @@ ordered_json reportJson(const engine::RunReport& run, const std::vector<Figures>
   for (const Figures& piece : pieces)
     json["pieces"].push_back(
         {{"name", piece.name}, {"surface", surfaceJson(piece.skin)}, {"clay", clayJson(piece.version)}});
-  if (!print.is_null()) json["print"] = print;
+  if (!print.is_null()) json.update(print);
   json["notes"] = run.notes;
   return json;
 }

@@ -47,6 +47,33 @@ TEST_F(PrintCheck, AThinPlateIsToldWithItsPlace) {
   EXPECT_EQ(json::parse(own.out)["pieces"][0]["print"]["troubles"], 0);
 }
 
+TEST_F(PrintCheck, PiecesThatMeetAreToldWithTheirNames) {
+  const std::string script = (scratch_ / "meet.json").string(), report = (scratch_ / "report.json").string(),
+                    clay = (scratch_ / "meet.argil").string();
+  std::ofstream(script)
+      << R"({"argil": 1, "units": "mm", "setup": [{"voxel_mm": 0.25}, {"block": {"size_mm": [20, 20, 4]}}],
+    "strokes": [{"operation": "cylinder", "radius_mm": 3, "height_mm": 10, "centre_mm": [0, 0, 6], "name": "Post"},
+                {"operation": "cylinder", "radius_mm": 3, "height_mm": 10, "centre_mm": [6.2, 0, 30], "name": "Far"},
+                {"operation": "cylinder", "radius_mm": 3, "height_mm": 10, "centre_mm": [0, 0, 30], "name": "Near"}],
+    "print": {"process": "fdm"}})";
+  const Outcome said = argil({"sculpt", script, "-o", clay, "--report", report});
+  ASSERT_EQ(said.code, 0) << said.err;
+  EXPECT_NE(said.out.find("pieces        Clay and Post overlap, 1 mm deep at"), std::string::npos) << said.out;
+  EXPECT_NE(said.out.find("pieces        Far and Near are 0.2"), std::string::npos) << said.out;
+  std::ifstream in(report);
+  const json met = json::parse(in)["pieces_that_meet"];
+  const Outcome inspected = argil({"inspect", clay, "--print", "fdm", "--json"});
+  EXPECT_EQ(json::parse(inspected.out)["pieces_that_meet"], met);
+  ASSERT_EQ(met.size(), 2u);
+  EXPECT_EQ(met[0]["pieces"], (json{"Clay", "Post"}));
+  EXPECT_EQ(met[0]["overlap"], true);
+  EXPECT_NEAR(met[1]["mm"].get<double>(), 0.2, 0.05);
+  // Narrower gaps are allowed.
+  const Outcome finer = argil({"inspect", clay, "--print", "fdm", "--gap", "0.1"});
+  EXPECT_EQ(finer.out.find("Near are"), std::string::npos) << finer.out;
+  EXPECT_NE(finer.out.find("Clay and Post overlap"), std::string::npos) << finer.out;
+}
+
 TEST_F(PrintCheck, AScriptAsksForIt) {
   const std::string script = (scratch_ / "asks.json").string(), report = (scratch_ / "report.json").string(),
                     recorded = (scratch_ / "recorded.json").string(), clay = (scratch_ / "clay.argil").string();

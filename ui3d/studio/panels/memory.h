@@ -17,6 +17,7 @@
 #include "engine/models/import_place.h"
 #include "engine/plugins/plugins.h"
 #include "engine/print/check_paint.h"
+#include "engine/print/pieces_meet.h"
 #include "engine/print/print_check.h"
 #include "engine/print/pull_check.h"
 #include "engine/tools/piece_cost.h"
@@ -111,12 +112,16 @@ struct PrintPage {
   struct Result {
     std::optional<engine::PrintReport> report;
     std::optional<engine::PullReport> pull;  ///< Of what is cast; places as the piece lies.
+    /// Pieces that it meets, by name; nothing where it is alone.
+    std::optional<std::vector<std::pair<std::string, engine::PiecesMeet>>> meets;
     std::string problem;
   };
   clay::Version seen;  ///< The clay, and since when it is that.
   double seenAtS = 0;
   clay::Version version;  ///< What is looked at, or was.
   haptics::Pose pose;
+  /// The other pieces that are seen: which clay, and where.
+  std::vector<std::pair<const void*, haptics::Pose>> around;
   engine::PrintProcess process;
   std::optional<engine::DraftLimit> draft;
   std::shared_ptr<Result> result, shown;

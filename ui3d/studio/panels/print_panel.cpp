@@ -52,16 +52,51 @@ bool alike(const haptics::Pose& a, const haptics::Pose& b) {
   return a.translation == b.translation && a.rotation.coeffs() == b.rotation.coeffs();
 }
 
+std::vector<std::pair<const void*, haptics::Pose>> aroundOf(const engine::Document& document) {
+  std::vector<std::pair<const void*, haptics::Pose>> around;
+  for (const engine::Piece& each : document.pieces)
+    if (each.visible && each.id != document.active) around.emplace_back(each.version.record(), each.pose);
+  return around;
+}
+
+bool alike(const std::vector<std::pair<const void*, haptics::Pose>>& a,
+           const std::vector<std::pair<const void*, haptics::Pose>>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const auto& x, const auto& y) { return x.first == y.first && alike(x.second, y.second); });
+}
+
+// The active piece first, then those around it.
+struct Around {
+  explicit Around(const engine::Document& document) {
+    for (const bool active : {true, false})
+      for (const engine::Piece& each : document.pieces) {
+        if (active != (each.id == document.active) || !(active || each.visible)) continue;
+        pieces.push_back({each.version, each.pose});
+        names.push_back(each.name);
+      }
+  }
+  [[nodiscard]] std::vector<std::pair<std::string, engine::PiecesMeet>> meets(double gapMm, Job& job) const {
+    std::vector<std::pair<std::string, engine::PiecesMeet>> all;
+    for (const engine::PiecesMeet& each : engine::piecesThatMeet(pieces, gapMm, &job, 0))
+      all.emplace_back(names[each.second], each);
+    return all;
+  }
+  std::vector<engine::PlacedClay> pieces;
+  std::vector<std::string> names;
+};
+
 // Begins anew when something else is to be looked at; what is under way then is not waited for.
 void follow(const Context& context, Memory& memory, const engine::Piece& piece, const PrintProcess& process,
             const std::optional<engine::DraftLimit>& draft) {
   PrintPage& page = memory.print;
+  const engine::Document& document = *context.now.document;
+  auto around = aroundOf(document);
   if (page.seen != piece.version) {
     page.seen = piece.version;
     page.seenAtS = context.timeS;
   }
   if (page.version == piece.version && alike(page.pose, piece.pose) && alike(page.process, process) &&
-      page.draft == draft)
+      page.draft == draft && alike(page.around, around))
     return;
   if (context.timeS - page.seenAtS < kRestS) return;
   if (page.job) {
@@ -72,18 +107,20 @@ void follow(const Context& context, Memory& memory, const engine::Piece& piece, 
   page.pose = piece.pose;
   page.process = process;
   page.draft = draft;
+  page.around = std::move(around);
   page.result = std::make_shared<PrintPage::Result>();
-  page.job = std::make_unique<engine::BackgroundJob>(
-      [result = page.result, version = piece.version, pose = piece.pose, process, draft](Job& job) {
-        try {
-          result->report = engine::checkPrint(version, pose, process, &job);
-          if (draft) result->pull = pulled(version, pose, *draft, job);
-        } catch (const Cancelled&) {
-          throw;
-        } catch (const std::exception& error) {
-          result->problem = error.what();
-        }
-      });
+  page.job = std::make_unique<engine::BackgroundJob>([result = page.result, version = piece.version, pose = piece.pose,
+                                                      process, draft, all = Around(document)](Job& job) {
+    try {
+      if (all.pieces.size() > 1) result->meets = all.meets(process.gapMm, job);
+      result->report = engine::checkPrint(version, pose, process, &job);
+      if (draft) result->pull = pulled(version, pose, *draft, job);
+    } catch (const Cancelled&) {
+      throw;
+    } catch (const std::exception& error) {
+      result->problem = error.what();
+    }
+  });
 }
 
 // A line of a list, which takes the camera there.
@@ -147,6 +184,18 @@ void list(Context& context, const engine::PullReport& report) {
             report.steepMm2 > 0 ? c.warning : 0);
 }
 
+void list(Context& context, const std::vector<std::pair<std::string, engine::PiecesMeet>>& meets) {
+  kit::fact("Other pieces", meets.empty() ? "none meets it" : std::to_string(meets.size()),
+            meets.empty() ? 0 : colours().warning);
+  for (size_t i = 0; i < std::min(kMostPlaces, meets.size()); ++i) {
+    const auto& [name, meet] = meets[i];
+    place(context, meet.atMm,
+          name + (meet.overlap   ? ": overlaps by " + kit::written(meet.mm) + " mm"
+                  : meet.mm == 0 ? ": touches it"
+                                 : ": " + kit::written(meet.mm) + " mm apart"));
+  }
+}
+
 }  // namespace
 
 void printPanel(Context& context, Memory& memory) {
@@ -188,6 +237,7 @@ void printPanel(Context& context, Memory& memory) {
   if (!page.shown) return;
   if (!page.shown->problem.empty()) return kit::wrapped(kit::sentence(page.shown->problem), colours().warning);
   if (page.shown->report) list(context, page.shownOf, *page.shown->report);
+  if (page.shown->meets) list(context, *page.shown->meets);
   if (page.shown->pull) list(context, *page.shown->pull);
 }
 
