@@ -13,6 +13,7 @@ namespace argil::engine {
 namespace {
 
 constexpr double kTouchVoxels = 0.1;  // what two surfaces on one plane differ by, and more
+constexpr double kFieldEnds = 0.5;    // voxels before the band's end, where distances are cut off
 constexpr int kThreads = 2;
 constexpr size_t kLookEvery = 4096;  // vertices between two looks at the job
 
@@ -47,8 +48,17 @@ class Placed {
     prepare();
     return mesh_.positions;
   }
-  [[nodiscard]] bool inside(const Vec3d& p) {
-    return field_.trilinear(clay_.version.grid().toVoxel(clay_.pose.applyInverse(p))) < 0;
+  // From its surface, negative inside; what is farther outside than `most` is infinite. Beside the surface the field
+  // knows it, which cuts no crease off; beyond that triangles do.
+  [[nodiscard]] double distance(const Vec3d& p, double most) {
+    const clay::Grid& grid = clay_.version.grid();
+    const double voxels = field_.trilinear(grid.toVoxel(clay_.pose.applyInverse(p)));
+    if (std::abs(voxels) < double(grid.band) - kFieldEnds) return voxels * grid.voxelMm;
+    if (voxels > 0 && most < (double(grid.band) - kFieldEnds) * grid.voxelMm) return INFINITY;
+    const auto hit = voxels < 0 ? tree().nearest(p, hint_) : tree().nearerThan(p, most, hint_);
+    if (hit.triangle == UINT32_MAX) return INFINITY;
+    hint_ = hit.triangle;
+    return std::copysign(std::sqrt(hit.squared), voxels);
   }
   // A voxel deeper in its clay than a vertex.
   [[nodiscard]] Vec3d below(const Vec3d& p) {
@@ -78,34 +88,24 @@ class Placed {
   Box box_;
   clay::TriangleMesh mesh_;
   std::unique_ptr<clay::NearestTriangle> tree_;
+  uint32_t hint_ = UINT32_MAX;  // of the triangle that was nearest last
 };
 
 // The vertices of one against the other.
 void measure(Placed& one, Placed& other, double gapMm, PiecesMeet& meet, Job* job) {
   const double touch = kTouchVoxels * std::max(one.voxelMm(), other.voxelMm());
-  uint32_t hint = UINT32_MAX;
   size_t looked = 0;
   for (const Vec3d& p : one.vertices()) {
     if (!other.box().holds(p, gapMm)) continue;
     if (++looked % kLookEvery == 0 && job) job->step(0);
-    const auto deep = [&](const Vec3d& at) {
-      const auto hit = other.tree().nearest(at, hint);
-      hint = hit.triangle;
-      const double depth = std::sqrt(hit.squared);
-      if (depth <= touch || (meet.overlap && depth <= meet.mm)) return;
-      meet = {meet.first, meet.second, true, depth, p};
-    };
-    if (other.inside(p)) deep(p);
-    if (meet.overlap) continue;
-    const auto hit = other.tree().nearerThan(p, std::max(meet.mm, touch), hint);
-    if (hit.triangle == UINT32_MAX) continue;
-    hint = hit.triangle;
-    const double away = std::sqrt(hit.squared);
+    double away = other.distance(p, meet.mm);
     // Of one piece that stands exactly in another's place no vertex is inside.
-    if (away <= touch)
-      if (const Vec3d at = one.below(p); other.inside(at)) deep(at);
-    if (meet.overlap || away >= meet.mm) continue;
-    meet.mm = away <= touch ? 0 : away;
+    if (std::abs(away) <= touch) away = std::min(away, other.distance(one.below(p), touch));
+    if (away < -touch && !(meet.overlap && -away <= meet.mm)) meet = {meet.first, meet.second, true, -away, p};
+    if (meet.overlap) continue;
+    away = away <= touch ? 0 : away;
+    if (away >= meet.mm) continue;
+    meet.mm = away;
     meet.atMm = p;
   }
 }

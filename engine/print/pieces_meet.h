@@ -24,11 +24,11 @@ struct PiecesMeet {
 };
 
 /// All pairs that overlap or are apart by less than `gapMm`, in order; with `only`, those that it is one of. Vertices
-/// of either are measured to the triangles of the other: what is told is off by a fifth of a voxel where faces are
-/// smooth, and by half of one at creases. Less than a tenth of a voxel is no overlap but a touch; where the surfaces
-/// are one over a common clay, what is told is a voxel. Pieces without clay meet nothing. Cost: boxes of bricks for
-/// pieces that are far from each other; surfaces and a search tree for others, about a second for two million
-/// triangles. `job` may be null. Throws Cancelled.
+/// of either are measured in the field of the other: what is told is off by a fifth of a voxel where faces are smooth,
+/// and by half of one at creases. Less than a tenth of a voxel is no overlap but a touch; where the surfaces are one
+/// over a common clay, what is told is a voxel. Pieces without clay meet nothing. Cost: boxes of bricks for pieces that
+/// are far from each other; surfaces and a search tree for others, about a second for two million triangles. `job` may
+/// be null. Throws Cancelled.
 [[nodiscard]] std::vector<PiecesMeet> piecesThatMeet(std::span<const PlacedClay> pieces, double gapMm, Job* job,
                                                      std::optional<size_t> only = {});
 

@@ -75,11 +75,30 @@ TEST(PiecesMeet, FacesOnOnePlaneTouch) {
   EXPECT_NEAR(found[0].atMm.z(), 4, 0.05);
 }
 
-TEST(PiecesMeet, ACopyThatWasNotMovedOverlaps) {
-  const PlacedClay one = block({0, 0, 2}, {10, 10, 4});
-  const auto found = piecesThatMeet(std::vector{one, one}, 0.4, nullptr);
+TEST(PiecesMeet, LessThanATenthOfAVoxelIsATouchHoweverTheyAreTurned) {
+  for (const double voxels : {-0.07, 0.07}) {
+    std::vector<PlacedClay> both{block({0, 0, 2}, {10, 10, 4}), block({1, 2, 6 + voxels * 0.25}, {6, 6, 4})};
+    for (PlacedClay& each : both) each.pose = turned(0.7, {1, 2, 3}, {4, 5, 6});
+    const auto found = piecesThatMeet(both, 0.4, nullptr);
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_FALSE(found[0].overlap);
+    EXPECT_EQ(found[0].mm, 0);
+  }
+}
+
+TEST(PiecesMeet, WideGapsAreLookedForBeyondTheirBricks) {
+  const auto found =
+      piecesThatMeet(std::vector{block({0, 0, 2}, {8, 8, 4}), block({0, 0, 11}, {8, 8, 4})}, 5.5, nullptr);
   ASSERT_EQ(found.size(), 1u);
-  EXPECT_TRUE(found[0].overlap);
+  EXPECT_NEAR(found[0].mm, 5, 0.03);
+}
+
+TEST(PiecesMeet, ACopyThatWasNotMovedOverlaps) {
+  for (const PlacedClay& one : {block({0, 0, 2}, {10, 10, 4}), ball({1, 2, 3}, 6)}) {
+    const auto found = piecesThatMeet(std::vector{one, one}, 0.4, nullptr);
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_TRUE(found[0].overlap);
+  }
 }
 
 TEST(PiecesMeet, APinInItsHoleIsAsFarAsItsClearance) {
