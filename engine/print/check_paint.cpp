@@ -18,6 +18,7 @@ namespace {
 using Rgb = std::array<float, 3>;
 constexpr Rgb kNoWall{225, 30, 30}, kWallLimit{250, 210, 60};
 constexpr Rgb kNoGap{90, 40, 200}, kGapLimit{130, 190, 250};
+constexpr Rgb kUndercut{215, 40, 150};
 constexpr Rgb kNoDraft{20, 110, 60}, kDraftLimit{150, 225, 150};
 constexpr double kMostVoxels = 256;
 
@@ -34,6 +35,9 @@ float against(const clay::BrickMesh& mesh, size_t i, const Vec3f& pull) {
 
 bool isThin(std::span<const float> sizes, size_t i) {
   return i < sizes.size() && std::isfinite(sizes[i]);
+}
+bool isHeld(std::span<const uint8_t> undercut, size_t i) {
+  return i < undercut.size() && undercut[i] != 0;
 }
 
 }  // namespace
@@ -52,20 +56,24 @@ bool CheckPaint::turn(const Eigen::Quaterniond& rotation) {
   return turned_;
 }
 
-bool CheckPaint::anyIn(const clay::BrickMesh& mesh, std::span<const float> walls, std::span<const float> gaps) const {
+bool CheckPaint::anyIn(const clay::BrickMesh& mesh, const Found& found) const {
   for (size_t i = 0; i < mesh.positions.size(); ++i)
-    if (isThin(walls, i) || isThin(gaps, i) || (draft_ > 0 && against(mesh, i, pull_) < draft_)) return true;
+    if (isThin(found.walls, i) || isThin(found.gaps, i) || isHeld(found.undercut, i) ||
+        (draft_ > 0 && against(mesh, i, pull_) < draft_))
+      return true;
   return false;
 }
 
-void CheckPaint::paint(const clay::BrickMesh& mesh, std::span<const float> walls, std::span<const float> gaps,
+void CheckPaint::paint(const clay::BrickMesh& mesh, const Found& found,
                        std::vector<clay::VertexPaint>& vertices) const {
   vertices.resize(mesh.positions.size());
   for (size_t i = 0; i < vertices.size(); ++i) {
-    if (isThin(walls, i))
-      mix(kNoWall, kWallLimit, walls[i] / wall_, vertices[i]);
-    else if (isThin(gaps, i))
-      mix(kNoGap, kGapLimit, gaps[i] / gap_, vertices[i]);
+    if (isThin(found.walls, i))
+      mix(kNoWall, kWallLimit, found.walls[i] / wall_, vertices[i]);
+    else if (isThin(found.gaps, i))
+      mix(kNoGap, kGapLimit, found.gaps[i] / gap_, vertices[i]);
+    else if (isHeld(found.undercut, i))
+      mix(kUndercut, kUndercut, 0, vertices[i]);
     else if (draft_ > 0 && against(mesh, i, pull_) < draft_)
       mix(kNoDraft, kDraftLimit, against(mesh, i, pull_) / draft_, vertices[i]);
   }
@@ -82,6 +90,17 @@ void CheckPaint::follow(const clay::Surface& surface, clay::SurfaceDelta& delta,
   std::unordered_map<Coord, size_t, clay::CoordHash> painted;  // by place in delta.painted
   for (size_t i = 0; i < delta.painted.size(); ++i) painted.emplace(delta.painted[i]->brick, i);
   std::vector<Coord> look = measured;
+  if (draft_ > 0) {
+    const bool anew = !pulled_ || turned_;
+    if (anew) pulled_.emplace(pull_.cast<double>());
+    std::vector<Coord> changed;
+    if (anew)
+      surface.forEach([&](const clay::BrickMesh& mesh) { changed.push_back(mesh.brick); });
+    else
+      for (const clay::BrickMeshPtr& mesh : delta.changed) changed.push_back(mesh->brick);
+    const std::vector<Coord> held = pulled_->follow(surface, changed, threads);
+    look.insert(look.end(), held.begin(), held.end());
+  }
   for (const auto& paint : delta.painted) look.push_back(paint->brick);
   if (draft_ > 0)
     for (const clay::BrickMeshPtr& mesh : delta.changed) look.push_back(mesh->brick);
@@ -92,8 +111,9 @@ void CheckPaint::follow(const clay::Surface& surface, clay::SurfaceDelta& delta,
     const clay::BrickMesh* mesh = surface.find(brick);
     const bool had = shown_.erase(brick) > 0;
     if (!mesh) continue;
-    const auto walls = map_->sizes(brick, clay::SideOf::wall), gaps = map_->sizes(brick, clay::SideOf::gap);
-    const bool any = anyIn(*mesh, walls, gaps);
+    const Found found{map_->sizes(brick, clay::SideOf::wall), map_->sizes(brick, clay::SideOf::gap),
+                      pulled_ ? pulled_->undercut(brick) : std::span<const uint8_t>()};
+    const bool any = anyIn(*mesh, found);
     const auto own = painted.find(brick);
     if (!any && (!had || own != painted.end())) continue;  // what the clay shows is in the delta, or is there already
     auto paint = std::make_shared<clay::BrickPaint>();
@@ -102,7 +122,7 @@ void CheckPaint::follow(const clay::Surface& surface, clay::SurfaceDelta& delta,
         own != painted.end() ? delta.painted[own->second]->vertices : brickPaint(surface.version(), *mesh);
     if (any) {
       shown_.insert(brick);
-      this->paint(*mesh, walls, gaps, paint->vertices);
+      this->paint(*mesh, found, paint->vertices);
     }
     if (own != painted.end())
       delta.painted[own->second] = std::move(paint);

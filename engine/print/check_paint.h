@@ -9,6 +9,7 @@
 
 #include <Eigen/Geometry>
 
+#include "clay/mould/pull_map.h"
 #include "clay/store/brick_set.h"
 #include "clay/surface/surface.h"
 #include "clay/surface/vertex_channels.h"
@@ -16,7 +17,7 @@
 
 namespace argil::engine {
 
-/// How steep a face must be to come off a mould: its angle against the pull.
+/// What has to come off a mould of two halves: nothing is undercut, and faces are so steep against the pull.
 struct DraftLimit {
   Vec3d pull = Vec3d::UnitZ();  ///< Of the document's axes, of length 1. Both ways are the same.
   double degrees = 2;           ///< Above 0, to 45.
@@ -31,25 +32,28 @@ struct CheckLimits {
 };
 
 /// Colours over those of the clay: walls red where there is nothing left to yellow at the limit, gaps violet to light
-/// blue, and where neither is, faces along the pull dark green to light green at the draft that is asked for. Follows
-/// one surface; one thread. Limits of more than 256 voxels are looked for up to that.
+/// blue, and where neither is, undercuts magenta, and faces along the pull dark green to light green at the draft that
+/// is asked for. Follows one surface; one thread. Limits of more than 256 voxels are looked for up to that.
 class CheckPaint {
  public:
   explicit CheckPaint(const CheckLimits& limits);
   /// How the clay is turned in the document. Whether follow() has something to do for that.
   [[nodiscard]] bool turn(const Eigen::Quaterniond& rotation);
   /// After `surface` changed by `delta`, from all of it on: measures what that may have changed, and adds to
-  /// delta.painted each brick that shows or showed something thin. Cost: WallMap::follow().
+  /// delta.painted each brick that shows or showed something thin. Cost: WallMap::follow(), PullMap::follow().
   void follow(const clay::Surface& surface, clay::SurfaceDelta& delta, int threads);
 
  private:
-  void paint(const clay::BrickMesh& mesh, std::span<const float> walls, std::span<const float> gaps,
-             std::vector<clay::VertexPaint>& vertices) const;
-  [[nodiscard]] bool anyIn(const clay::BrickMesh& mesh, std::span<const float> walls,
-                           std::span<const float> gaps) const;
+  struct Found {
+    std::span<const float> walls, gaps;
+    std::span<const uint8_t> undercut;
+  };
+  void paint(const clay::BrickMesh& mesh, const Found& found, std::vector<clay::VertexPaint>& vertices) const;
+  [[nodiscard]] bool anyIn(const clay::BrickMesh& mesh, const Found& found) const;
 
   CheckLimits limits_;
   std::optional<clay::WallMap> map_;
+  std::optional<clay::PullMap> pulled_;
   float wall_ = 0, gap_ = 0;     // voxels
   Vec3f pull_ = Vec3f::UnitZ();  // in the clay's axes
   float draft_ = 0;              // cosine of a face with too little draft against its pull, at most; 0: none

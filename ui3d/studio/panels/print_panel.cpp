@@ -214,7 +214,7 @@ void printPanel(Context& context, Memory& memory) {
               "Thin walls red to yellow, narrow gaps violet to blue, as the clay is worked on.");
   constexpr std::array<std::string_view, 4> kPulls{"not cast", "along X", "along Y", "along Z"};
   kit::choice("From a mould", kPulls, choice.pull,
-              "Two halves come off along this axis. Faces with too little draft are green.");
+              "Two halves come off along this axis. Undercuts are magenta, faces with too little draft green.");
   if (choice.pull != 0)
     kit::number({"draft", "Draft", "Faces nearer to the axis than this stick.", "°", 0.1, 45, 2, true},
                 choice.draftDegrees);

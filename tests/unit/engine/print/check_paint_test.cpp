@@ -60,6 +60,13 @@ class Painted {
       for (const clay::VertexPaint& each : vertices) count += each.cover > 0 && each.green > each.red;
     return count;
   }
+  [[nodiscard]] size_t magentas() const {
+    size_t count = 0;
+    for (const auto& [brick, vertices] : paint_)
+      for (const clay::VertexPaint& each : vertices)
+        count += each.cover > 0 && each.red > 200 && each.green < 60 && each.blue > 100;
+    return count;
+  }
   // Beside a fresh measure; of how many vertices something is thin.
   size_t expectAsFresh(const Version& version, const CheckLimits& limits) const {
     clay::Surface surface;
@@ -135,10 +142,16 @@ TEST(CheckPaint, FacesWithTooLittleDraftAreShownHoweverAPieceIsTurned) {
   const auto expected = [&](const Vec3d& pull) {
     clay::Surface surface;
     surface.update(document.pieces[0].version);
+    std::vector<Coord> bricks;
+    surface.forEach([&](const clay::BrickMesh& mesh) { bricks.push_back(mesh.brick); });
+    clay::PullMap map(pull);
+    map.follow(surface, bricks, 1);
     size_t count = 0;
     surface.forEach([&](const clay::BrickMesh& mesh) {
-      for (const clay::PackedNormal each : mesh.normals)
-        count += std::abs(each.unpack().cast<double>().dot(pull)) < std::sin(5 * std::numbers::pi / 180);
+      const auto held = map.undercut(mesh.brick);
+      for (size_t i = 0; i < mesh.normals.size(); ++i)
+        count += (!held.empty() && held[i]) ||
+                 std::abs(mesh.normals[i].unpack().cast<double>().dot(pull)) < std::sin(5 * std::numbers::pi / 180);
     });
     return count;
   };
@@ -172,6 +185,40 @@ TEST(CheckPaint, FacesWithTooLittleDraftAreShownHoweverAPieceIsTurned) {
   EXPECT_GT(picture.greens(), before / 10);
   EXPECT_LT(picture.greens(), before / 2);
   surfaces.setChecks(std::nullopt);
+  EXPECT_EQ(follow(), 0u);
+}
+
+// A groove along a side is undercut from above, and free from that side.
+TEST(CheckPaint, UndercutsAreMagentaAsThePieceLies) {
+  Document document;
+  Piece piece;
+  piece.version = block({0, 0, 0}, {20, 14, 8});
+  document.add(std::move(piece));
+  Surfaces surfaces;
+  Painted picture;
+  surfaces.setChecks(CheckLimits{0, 0, DraftLimit{Vec3d::UnitZ(), 5}});
+  const auto follow = [&] {
+    surfaces.follow(document, 0);
+    picture.take(surfaces);
+    return picture.magentas();
+  };
+  EXPECT_EQ(follow(), 0u);
+  const Version before = document.pieces[0].version;
+  clay::BrushStroke stroke(before, clay::Brush::of(clay::Method::carve));
+  const Vec3d at = before.grid().toVoxel(Vec3d(10, -4, 0));
+  stroke.apply({at, at + Vec3d(0, 32, 0), 8, 1});
+  document.pieces[0].version = stroke.finish();
+  // Its roof and its floor hide each other: a half tube of 2 mm, 8 mm long, and a quarter of a ball at both ends. The
+  // flattest faces have a vertex for each square of a voxel, the steepest √3.
+  const double squares = (3.14 * 2 * 8 + 3.14 * 2 * 2) / (kVoxel * kVoxel);
+  const size_t held = follow();
+  EXPECT_GT(double(held), squares);
+  EXPECT_LT(double(held), 1.73 * squares);
+  document.pieces[0].pose.rotation = Eigen::AngleAxisd(std::numbers::pi / 2, Vec3d::UnitY());
+  EXPECT_EQ(follow(), 0u);
+  document.pieces[0].pose.rotation = Eigen::Quaterniond::Identity();
+  EXPECT_GT(follow(), 500u);
+  document.pieces[0].version = before;
   EXPECT_EQ(follow(), 0u);
 }
 
