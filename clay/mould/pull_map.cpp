@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "clay/base/parallel.h"
-#include "clay/store/sampler.h"
 
 namespace argil::clay {
 
@@ -14,34 +13,9 @@ namespace {
 constexpr double kCell = kBrickEdge;                 // of a column's section, voxels
 constexpr double kHalfBox = (kBrickEdge + 2.0) / 2;  // vertices stand a voxel outside of their brick at most
 constexpr float kDeep = 0.3f;                        // voxels in the clay that are in the way
-constexpr double kLeastStep = 0.4, kShare = 0.9;     // of the way to the surface that a step goes
+constexpr double kLeastStep = 1;                     // voxels along a line, else as far as the surface is away
 constexpr double kUpright = std::numbers::pi / 180;  // sine of a degree
 constexpr size_t kBlock = 8;
-
-// Whether clay lies from p on, up to `length` voxels along `way`.
-bool blocked(Sampler& field, const Vec3d& p, const Vec3d& way, double length) {
-  const auto outside = field.band();
-  for (double t = kLeastStep; t < length;) {
-    const Vec3d at = p + t * way;
-    const Coord voxel{static_cast<int32_t>(std::floor(at.x())), static_cast<int32_t>(std::floor(at.y())),
-                      static_cast<int32_t>(std::floor(at.z()))};
-    const Coord brick = voxel >> 3;
-    if (const Slot slot = field.slot(brick); slot.isTile()) {
-      if (slot.tile() == Tile::inside) return true;
-      // To the end of the tile.
-      double leaves = INFINITY;
-      const Vec3d first = (brick * kBrickEdge).toVec3d();
-      for (int k = 0; k < 3; ++k)
-        if (way[k] != 0) leaves = std::min(leaves, ((way[k] > 0 ? first[k] + kBrickEdge : first[k]) - at[k]) / way[k]);
-      t += std::max(leaves, 0.0) + 1e-3;
-      continue;
-    }
-    const float phi = field.trilinear(at);
-    if (phi < -kDeep) return true;
-    t += std::max(kLeastStep, kShare * static_cast<double>(std::min(phi, outside)));
-  }
-  return false;
-}
 
 }  // namespace
 
@@ -81,31 +55,46 @@ void PullMap::put(Coord brick, bool there) {
   forCells(brick, [&](const Cell& cell) {
     Column& column = columns_[cell];
     if (there)
-      column.bricks.push_back(brick);
+      column.push_back({middle(brick).dot(pull_), brick});
     else
-      std::erase(column.bricks, brick);
+      std::erase_if(column, [&](const InColumn& each) { return each.brick == brick; });
   });
 }
 
-void PullMap::look(const BrickMesh& mesh, const Version& version, std::vector<uint8_t>& undercut) const {
+// Whether clay lies from p on along the pull, or against it. Only where bricks are can a line enter clay.
+bool PullMap::blocked(Sampler& field, const Vec3d& p, const Column& column, bool against) const {
+  const double along = (against ? -1 : 1) * p.dot(pull_);
+  const Vec3d way = against ? Vec3d(-pull_) : pull_;
+  double t = kLeastStep;
+  for (size_t i = 0; i < column.size(); ++i) {
+    const double middle = against ? -column[column.size() - 1 - i].along : column[i].along;
+    t = std::max(t, middle - reach_ - along);
+    for (const double end = middle + reach_ - along; t < end;) {
+      const float phi = field.trilinear(p + t * way);
+      if (phi < -kDeep) return true;
+      t += std::max(kLeastStep, static_cast<double>(phi));
+    }
+  }
+  return false;
+}
+
+// `cells`: sorted, those in which something may have changed; all, where the brick did.
+void PullMap::look(const BrickMesh& mesh, const Version& version, std::span<const Cell> cells, bool all,
+                   std::vector<uint8_t>& undercut) const {
   Sampler field(version);
   const Vec3d first = (mesh.brick * kBrickEdge).toVec3d();
-  undercut.assign(mesh.positions.size(), 0);
-  bool any = false;
+  undercut.resize(mesh.positions.size());
   for (size_t i = 0; i < mesh.positions.size(); ++i) {
     const Vec3d p = first + mesh.positions[i].cast<double>();
-    const auto column = columns_.find(
-        {static_cast<int32_t>(std::floor(p.dot(u_) / kCell)), static_cast<int32_t>(std::floor(p.dot(v_) / kCell))});
-    if (column == columns_.end()) continue;
-    const Vec3d normal = mesh.normals[i].unpack().cast<double>();
-    const double along = p.dot(pull_), looks = normal.dot(pull_);
-    const bool up = looks > -kUpright, down = looks < kUpright;
-    const bool held = (!up || blocked(field, p, pull_, column->second.high - along)) &&
-                      (!down || blocked(field, p, -pull_, along - column->second.low));
-    undercut[i] = held;
-    any |= held;
+    const Cell cell{static_cast<int32_t>(std::floor(p.dot(u_) / kCell)),
+                    static_cast<int32_t>(std::floor(p.dot(v_) / kCell))};
+    if (!all && !std::binary_search(cells.begin(), cells.end(), cell)) continue;
+    const auto column = columns_.find(cell);
+    const double looks = mesh.normals[i].unpack().cast<double>().dot(pull_);
+    undercut[i] = column != columns_.end() && (looks <= -kUpright || blocked(field, p, column->second, false)) &&
+                  (looks >= kUpright || blocked(field, p, column->second, true));
   }
-  if (!any) undercut.clear();
+  if (std::find(undercut.begin(), undercut.end(), 1) == undercut.end()) undercut.clear();
 }
 
 std::vector<Coord> PullMap::follow(const Surface& surface, std::span<const Coord> changed, int threads) {
@@ -116,22 +105,19 @@ std::vector<Coord> PullMap::follow(const Surface& surface, std::span<const Coord
   }
   std::sort(cells.begin(), cells.end());
   cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
-  std::vector<Coord> bricks(changed.begin(), changed.end());
+  std::vector<Coord> own(changed.begin(), changed.end());
+  std::sort(own.begin(), own.end());
+  std::vector<Coord> bricks = own;
   for (const Cell& cell : cells) {
     const auto found = columns_.find(cell);
     if (found == columns_.end()) continue;
     Column& column = found->second;
-    if (column.bricks.empty()) {
+    if (column.empty()) {
       columns_.erase(found);
       continue;
     }
-    column.low = INFINITY, column.high = -INFINITY;
-    for (const Coord brick : column.bricks) {
-      const double along = middle(brick).dot(pull_);
-      column.low = std::min(column.low, along - reach_);
-      column.high = std::max(column.high, along + reach_);
-    }
-    bricks.insert(bricks.end(), column.bricks.begin(), column.bricks.end());
+    std::sort(column.begin(), column.end(), [](const InColumn& a, const InColumn& b) { return a.along < b.along; });
+    for (const InColumn& each : column) bricks.push_back(each.brick);
   }
   std::sort(bricks.begin(), bricks.end());
   bricks.erase(std::unique(bricks.begin(), bricks.end()), bricks.end());
@@ -139,8 +125,14 @@ std::vector<Coord> PullMap::follow(const Surface& surface, std::span<const Coord
   parallelBlocks(
       bricks.size(), threads,
       [&](size_t begin, size_t end) {
-        for (size_t i = begin; i < end; ++i)
-          if (const BrickMesh* mesh = surface.find(bricks[i])) look(*mesh, surface.version(), made[i]);
+        for (size_t i = begin; i < end; ++i) {
+          const BrickMesh* mesh = surface.find(bricks[i]);
+          if (!mesh) continue;
+          const bool all = std::binary_search(own.begin(), own.end(), bricks[i]);
+          if (const auto before = undercut_.find(bricks[i]); !all && before != undercut_.end())
+            made[i] = before->second;
+          look(*mesh, surface.version(), cells, all, made[i]);
+        }
       },
       kBlock);
   for (size_t i = 0; i < bricks.size(); ++i) {

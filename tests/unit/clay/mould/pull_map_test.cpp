@@ -148,6 +148,27 @@ TEST(PullMap, StrokesAreFollowedAsIfAllWereNew) {
   }
 }
 
+// What hides is found wherever it lies in the grid, also where nothing is above it.
+TEST(PullMap, APlateOfTwoVoxelsHides) {
+  const Version clay = block({0, 0, 0}, {60, 60, 30});
+  for (int i = 0; i < 8; ++i) {
+    const double low = 30 + 0.27 * i;
+    Surface surface;
+    surface.update(joined(clay, block({0, 0, low + 1}, {80, 80, 2})));
+    PullMap map((i % 2 ? 1 : -1) * Vec3d::UnitZ());
+    map.follow(surface, bricksOf(surface), 1);
+    surface.forEach([&](const BrickMesh& mesh) {
+      const auto held = map.undercut(mesh.brick);
+      for (size_t k = 0; k < mesh.positions.size(); ++k) {
+        const Vec3d p = (mesh.brick * kBrickEdge).toVec3d() + mesh.positions[k].cast<double>();
+        if (p.head<2>().lpNorm<Eigen::Infinity>() > 28) continue;
+        const bool between = p.z() > 10 && p.z() < low + 1;
+        EXPECT_EQ(!held.empty() && held[k], between) << p.transpose() << ", " << low;
+      }
+    });
+  }
+}
+
 TEST(PullMap, WhatStandsUprightIsFreeAndAnUnevenWallDoesNotHideItself) {
   Surface surface;
   surface.update(block({0.3, 0.4, 0.1}, {40, 30, 50}));
