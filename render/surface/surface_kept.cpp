@@ -74,8 +74,16 @@ SurfaceLayout::Exchange SurfaceLayout::exchangeKept(const clay::SurfaceDelta& de
     group.back = group.whole && group.made == group.same && group.made == (kept ? kept->held : 0);
     for (int n = 1; n < 8; ++n) group.lower[size_t(n)] = stampOf(group.chunk - Coord{n & 1, (n >> 1) & 1, n >> 2});
   }
-  ++age_;
   Exchange exchange;
+  uint64_t replaced = 0;
+  for (const Group& group : groups)
+    if (const Chunk* chunk = group.whole ? chunkAt(group.chunk) : nullptr; chunk && chunk->draw != SIZE_MAX)
+      replaced += draws_[chunk->draw].levels[0].triangles / 2;
+  if (replaced > mostKept_) {
+    exchange.rest = delta.changed;
+    return exchange;
+  }
+  ++age_;
   for (const Group& group : groups) {
     if (!group.back)
       exchange.rest.insert(exchange.rest.end(), delta.changed.begin() + ptrdiff_t(group.begin),

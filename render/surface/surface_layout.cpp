@@ -153,7 +153,7 @@ void SurfaceLayout::apply(const clay::SurfaceDelta& delta, UploadSink& sink) {
   noteUnseen(works);
   placeQuads(works, sink);
   updateDraws(works, exchange);
-  if (exchanges) dropKept(std::max(before, quads_));
+  if (exchanges) dropKept(std::min(mostKept_, std::max(before, quads_)));
   whole_ = true;
 }
 

@@ -110,11 +110,14 @@ struct ChunkDraw {
 /// Follows a clay surface delta by delta. One vertex range and one index range a brick; the index ranges of a chunk lie
 /// in one block. Writes only bricks whose mesh changed, and the indices of those whose neighbour's vertices moved. Of a
 /// delta whose surface keeps what it replaced, chunks that are replaced as a whole stay in the buffers, as long as they
-/// take no more than what is drawn: bringing them back writes nothing of them. One thread.
+/// take no more than what is drawn, and not too much of themselves: bringing them back writes nothing of them. One
+/// thread.
 class SurfaceLayout {
  public:
+  /// So many quads of what was replaced are kept at most: 0.7 GB of buffers.
+  static constexpr uint64_t kMostKept = uint64_t{1} << 24;
   /// `ranges` and the sinks given later belong together and outlive this.
-  explicit SurfaceLayout(BufferRanges& ranges) : ranges_(&ranges) {}
+  explicit SurfaceLayout(BufferRanges& ranges, uint64_t mostKept = kMostKept) : ranges_(&ranges), mostKept_(mostKept) {}
   ~SurfaceLayout() { clear(); }
   SurfaceLayout(const SurfaceLayout&) = delete;
   SurfaceLayout& operator=(const SurfaceLayout&) = delete;
@@ -248,6 +251,7 @@ class SurfaceLayout {
   void makeLevel(Chunk& chunk, int level, UploadSink& sink);
 
   BufferRanges* ranges_;
+  uint64_t mostKept_;
   clay::Grid grid_;
   bool hideMasked_ = false;
   MaterialColours materials_;

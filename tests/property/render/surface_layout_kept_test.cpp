@@ -31,6 +31,16 @@ Version ball(const Vec3d& at, double radius) {
   return clay::makeSphere(clay::Store::make(), millimetres(), at, radius);
 }
 
+// Balls of some 27 000 quads each, far apart.
+Version balls(int count, double radius = 38) {
+  Version all = ball({0, 0, 0}, radius);
+  for (int i = 1; i < count; ++i) all = combine(all, ball({200.0 * i, 0, 0}, radius), Combination::join);
+  return all;
+}
+Version without(const Version& clay, int which) {
+  return combine(clay, ball({200.0 * which, 0, 0}, 45), Combination::cut);
+}
+
 // Corners with their normals and paint.
 using Corner = std::array<uint32_t, 5>;
 
@@ -137,6 +147,32 @@ TEST(SurfaceLayoutKept, OldestGoesFirstWhereAllWouldBeMoreThanIsDrawn) {
   EXPECT_EQ(drawn.layout.keptQuads(), ofOne) << "the large ball is gone, what was replaced last is there";
   EXPECT_EQ(quadsAfter(one), ofOne);
   EXPECT_EQ(drawn.sink.bytes, 0u);
+}
+
+TEST(SurfaceLayoutKept, NoMoreIsKeptThanIsAllowed) {
+  const Version before = balls(3), two = without(before, 2), one = without(two, 1);
+  const Version smaller = combine(before, balls(3, 37), Combination::intersect);
+  for (const uint64_t most : {uint64_t{20000}, uint64_t{35000}, uint64_t{100000}}) {
+    clay::Surface surface;
+    PaintedSink sink;
+    BufferRanges ranges;
+    SurfaceLayout layout(ranges, most);
+    layout.apply(surface.update(before), sink);
+    const size_t room = sink.vertices.size();
+    std::vector<uint64_t> kept;
+    for (const Version& next : {two, one, two, before, smaller}) {
+      layout.apply(surface.update(next, 1, true), sink);
+      kept.push_back(layout.keptQuads());
+      EXPECT_LE(kept.back(), most);
+      Drawn fresh;
+      fresh.layout.apply(clay::Surface().update(next), fresh.sink);
+      ASSERT_EQ(sink.picture(layout, 0), fresh.sink.picture(fresh.layout, 0)) << most;
+    }
+    EXPECT_EQ(kept[0] > 0, most > 30000);
+    EXPECT_EQ(kept[1] > 30000, most > 50000);
+    // What would be too much is not laid beside what is there in the first place.
+    EXPECT_EQ(double(sink.vertices.size()) > 1.7 * double(room), most > 90000);
+  }
 }
 
 TEST(SurfaceLayoutKept, WhereMemoryEndsWhatIsKeptGoesFirst) {
