@@ -31,14 +31,14 @@ int run(int argc, char** argv) {
       ->check(CLI::ExistingFile);
   app.add_option("--folder", options.folder, "Where files are written; that of temporary files when left out");
   app.add_option("--stroke", options.longestS, "day: seconds of the hand in one stroke")->capture_default_str();
-  app.add_option("--cell", options.cellSeconds, "day: a stroke that takes more seconds of work is cut off")
+  app.add_option("--cell", options.cellSeconds, "day, edit-tools: a stroke that takes more seconds of work is cut off")
       ->capture_default_str();
   app.add_option("--threads", options.threads, "day: threads of strokes; 0: as many as the studio takes")
       ->capture_default_str();
   app.add_option("--tips", options.tips, "day, edit-tools: radii of the tools' tips, voxels");
   app.add_option("--sculpts", options.sculpts, "cad: random sculpts")->capture_default_str();
   app.add_option("--hours", options.hours, "day: simulated hours")->capture_default_str();
-  app.add_option("--tools", options.tools, "day: the tools that are measured; all when left out");
+  app.add_option("--tools", options.tools, "day, edit-tools: the tools that are measured; all when left out");
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp& e) {

@@ -91,7 +91,7 @@ void CheckPaint::follow(const clay::Surface& surface, clay::SurfaceDelta& delta,
   for (size_t i = 0; i < delta.painted.size(); ++i) painted.emplace(delta.painted[i]->brick, i);
   std::vector<Coord> look = measured;
   if (draft_ > 0) {
-    const bool anew = !pulled_ || turned_;
+    const bool anew = std::exchange(turned_, false) || !pulled_;
     if (anew) pulled_.emplace(pull_.cast<double>());
     std::vector<Coord> changed;
     if (anew)
@@ -102,9 +102,6 @@ void CheckPaint::follow(const clay::Surface& surface, clay::SurfaceDelta& delta,
     look.insert(look.end(), held.begin(), held.end());
   }
   for (const auto& paint : delta.painted) look.push_back(paint->brick);
-  if (draft_ > 0)
-    for (const clay::BrickMeshPtr& mesh : delta.changed) look.push_back(mesh->brick);
-  if (std::exchange(turned_, false)) surface.forEach([&](const clay::BrickMesh& mesh) { look.push_back(mesh.brick); });
   std::sort(look.begin(), look.end());
   look.erase(std::unique(look.begin(), look.end()), look.end());
   for (const Coord brick : look) {

@@ -27,8 +27,8 @@ struct PiecesMeet {
 /// of either are measured in the field of the other: what is told is off by a fifth of a voxel where faces are smooth,
 /// and by half of one at creases. Less than a tenth of a voxel is no overlap but a touch; where the surfaces are one
 /// over a common clay, what is told is a voxel. Pieces without clay meet nothing. Cost: boxes of bricks for pieces that
-/// are far from each other; surfaces and a search tree for others, about a second for two million triangles. `job` may
-/// be null. Throws Cancelled.
+/// are far from each other; for others their surfaces, and a look into the field for each vertex near the other piece.
+/// `job` may be null. Throws Cancelled.
 [[nodiscard]] std::vector<PiecesMeet> piecesThatMeet(std::span<const PlacedClay> pieces, double gapMm, Job* job,
                                                      std::optional<size_t> only = {});
 
