@@ -24,14 +24,22 @@ float* RenewedBlock::add(Coord brick) {
 }
 
 void RenewedBlock::solve(Renew how, Sampler& beside, const Beside& instead, float known) {
-  if (fields_.empty()) return;
-  std::vector<Coord> coords;
-  for (const Field& field : fields_) coords.push_back(field.brick);
+  const auto before = [](const Field& a, const Field& b) { return a.brick < b.brick; };
+  if (!std::is_sorted(fields_.begin(), fields_.end(), before)) std::sort(fields_.begin(), fields_.end(), before);
+  std::vector<Coord> coords, solved;
+  for (Field& field : fields_) {
+    coords.push_back(field.brick);
+    if (field.kept) continue;
+    field.number = solved.size();
+    solved.push_back(field.brick);
+  }
+  if (solved.empty()) return;
   const auto numbers = besideEach(coords, kAroundSteps);
   renewal_.reset();  // One at a time on a thread.
-  renewal_.emplace(coords, band_, 1);
+  renewal_.emplace(solved, band_, 1);
   float broad[kBroadSize] = {};
   for (size_t i = 0; i < fields_.size(); ++i) {
+    if (fields_[i].kept) continue;
     std::array<const float*, kBricksAround> around{};
     for (size_t k = 0; k < kBricksAround; ++k) {
       if (const ptrdiff_t at = numbers[i][k]; at >= 0)
@@ -40,7 +48,7 @@ void RenewedBlock::solve(Renew how, Sampler& beside, const Beside& instead, floa
         around[k] = instead(coords[i] + kAroundSteps[k]);
     }
     gatherBroad(beside, coords[i], 4, broad, around.data());
-    renewal_->begin(i, broad, how, {}, known);
+    renewal_->begin(fields_[i].number, broad, how, {}, known);
   }
   renewal_->run();
 }
@@ -60,8 +68,8 @@ void RenewedBlock::put(Editor& editor, std::mutex& editing, const Paint& paint) 
       brick = editor.newBrick(coord);
     }
     BrickValues sizes;
-    if (renewal_)
-      renewal_->sizes(i, sizes);
+    if (renewal_ && !fields_[i].kept)
+      renewal_->sizes(fields_[i].number, sizes);
     else
       for (int v = 0; v < kBrickVoxels; ++v) sizes[v] = std::min(std::abs(fields_[i].phi[v]), band_);
     const bool inBand = settleDistance(fields_[i].phi.data(), sizes, band_, 0, *brick).inBand;
@@ -82,8 +90,17 @@ void RenewedBlock::put(Editor& editor, std::mutex& editing, const Paint& paint) 
   renewal_.reset();
 }
 
-RenewedBlock::Feet::Feet(const RenewedBlock& block, size_t number) {
-  block.renewal_->around(number, around_.data());
+RenewedBlock::Feet::Feet(const RenewedBlock& block, size_t number, Sampler* beside) {
+  const Field& own = block.fields_[number];
+  if (!own.kept) {
+    block.renewal_->around(own.number, around_.data());
+    return;
+  }
+  float broad[kBroadSize] = {};
+  gatherBroad(*beside, own.brick, 2, broad);
+  for (int x = 0; x < 12; ++x)
+    for (int y = 0; y < 12; ++y)
+      std::copy_n(broad + broadOffset(x + 2, y + 2, 2), 12, around_.data() + wideOffset(x, y, 0));
 }
 
 Vec3f RenewedBlock::Feet::way(int voxel) const {

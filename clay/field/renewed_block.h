@@ -28,9 +28,11 @@ class RenewedBlock {
   [[nodiscard]] Coord first() const { return first_; }  ///< Brick coordinate.
   [[nodiscard]] bool holds(Coord brick) const { return (brick >> kBlockBits) * kBlockEdge == first_; }
 
-  /// A brick to be filled: in order of coordinate. Valid until the next.
+  /// A brick to be filled. Valid until the next.
   float* add(Coord brick);
   void dropLast() { fields_.pop_back(); }
+  /// What was added last are distances already, and stays.
+  void keepLast() { fields_.back().kept = true; }
   /// A brick of the block that is the same all over.
   void addTile(Coord brick, bool inside) { tiles_.emplace_back(brick, inside); }
 
@@ -46,10 +48,10 @@ class RenewedBlock {
   void put(Editor& editor, std::mutex& editing, const Paint& paint = nullptr);
 
   /// Which way the nearest place of the surface lies from voxels of the brick of that number, by its distances now; in
-  /// voxels.
+  /// voxels. Of what was kept: by those of `beside`.
   class Feet {
    public:
-    Feet(const RenewedBlock& block, size_t number);
+    Feet(const RenewedBlock& block, size_t number, Sampler* beside = nullptr);
     [[nodiscard]] Vec3f way(int voxel) const;
 
    private:
@@ -59,6 +61,8 @@ class RenewedBlock {
  private:
   struct Field {
     Coord brick;
+    bool kept = false;
+    size_t number = 0;  // in `renewal_`, where it is solved
     std::array<float, kBrickVoxels> phi;
   };
 

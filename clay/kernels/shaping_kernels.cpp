@@ -389,6 +389,47 @@ float BroadPasses(const float* broad, int passes, float shift, float band, float
   return hn::GetLane(hn::MinOfLanes(d, least));
 }
 
+void Bend(const float (&table)[kBendSteps + 2], float scale, float* values) {
+  const RowTag d;
+  const hn::RebindToSigned<RowTag> whole;
+  const Row by = hn::Set(d, scale), most = hn::Set(d, kBendSteps);
+  forRows([&](int voxel) {
+    const Row value = hn::LoadU(d, values + voxel), size = hn::Min(hn::Mul(hn::Abs(value), by), most);
+    const auto at = hn::ConvertTo(whole, size);
+    const Row low = hn::GatherIndex(d, table, at), high = hn::GatherIndex(d, table + 1, at);
+    const Row part = hn::Sub(size, hn::ConvertTo(d, at));
+    hn::StoreU(hn::CopySign(hn::Add(low, hn::Mul(hn::Sub(high, low), part)), value), d, values + voxel);
+  });
+}
+
+bool SlopeOne(const float* values, float within, float tolerance) {
+  constexpr uint64_t kCells = 0x007f7f7f7f7f7f7fu;  // whose eight corners lie in the brick
+  constexpr uint64_t kWords[kBrickEdge] = {kCells, kCells, kCells, kCells, kCells, kCells, kCells, 0};
+  const RowTag d;
+  // Four times the slope, squared; eight times the middle.
+  const Row near = hn::Set(d, 8 * within), least = hn::Set(d, 16 * (1 - tolerance) * (1 - tolerance)),
+            most = hn::Set(d, 16 * (1 + tolerance) * (1 + tolerance));
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  float own[kBrickVoxels + 1];  // A cell's last lane counts nothing, but is read.
+  std::copy_n(values, kBrickVoxels, own);
+  own[kBrickVoxels] = 0;
+  Row off = hn::Zero(d);
+  for (int x = 0; x < kBrickEdge - 1; ++x)
+    for (int row = 64 * x; row < 64 * x + 7 * kBrickEdge; row += lanes) {
+      const auto at = [&](int step) { return hn::LoadU(d, own + row + step); };
+      const Row a = at(0), b = at(1), c = at(8), e = at(9), f = at(64), g = at(65), h = at(72), i = at(73);
+      const Row ab = hn::Add(a, b), ce = hn::Add(c, e), fg = hn::Add(f, g), hi = hn::Add(h, i);
+      const Row gx = hn::Sub(hn::Add(fg, hi), hn::Add(ab, ce)), gy = hn::Sub(hn::Add(ce, hi), hn::Add(ab, fg)),
+                gz = hn::Add(hn::Add(hn::Sub(b, a), hn::Sub(e, c)), hn::Add(hn::Sub(g, f), hn::Sub(i, h)));
+      const Row squared = hn::Add(hn::Add(hn::Mul(gx, gx), hn::Mul(gy, gy)), hn::Mul(gz, gz)),
+                middle = hn::Add(hn::Add(ab, ce), hn::Add(fg, hi));
+      const auto counts = hn::And(rowMask(kWords, row), hn::Lt(hn::Abs(middle), near));
+      const auto differs = hn::And(counts, hn::Or(hn::Lt(squared, least), hn::Gt(squared, most)));
+      off = hn::Or(off, hn::IfThenElseZero(differs, least));
+    }
+  return hn::AllTrue(d, hn::Eq(off, hn::Zero(d)));
+}
+
 }  // namespace argil::clay::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -405,6 +446,8 @@ HWY_EXPORT(Raised);
 HWY_EXPORT(StartWide);
 HWY_EXPORT(Broad);
 HWY_EXPORT(BroadPasses);
+HWY_EXPORT(Bend);
+HWY_EXPORT(SlopeOne);
 
 uint64_t widePass(const float* wide, const uint64_t* frozen, uint64_t rows, float cap, float* out) noexcept {
   return HWY_DYNAMIC_DISPATCH(Pass)(wide, frozen, rows, cap, out);
@@ -436,6 +479,12 @@ void broadMean(const float* broad, int spacing, float* mean) noexcept {
 }
 float broadMeans(const float* broad, int passes, float shift, float band, float* mean) noexcept {
   return HWY_DYNAMIC_DISPATCH(BroadPasses)(broad, passes, shift, band, mean);
+}
+void bendValues(const float (&table)[kBendSteps + 2], float scale, float* values) noexcept {
+  HWY_DYNAMIC_DISPATCH(Bend)(table, scale, values);
+}
+bool isSlopeOne(const float* values, float within, float tolerance) noexcept {
+  return HWY_DYNAMIC_DISPATCH(SlopeOne)(values, within, tolerance);
 }
 
 }  // namespace argil::clay

@@ -81,4 +81,11 @@ void broadMean(const float* broad, int spacing, float* mean) noexcept;
 /// returns the smallest size of all. `broad` needs that many voxels around the brick.
 float broadMeans(const float* broad, int passes, float shift, float band, float* mean) noexcept;
 
+/// Values of a brick by a table of what stands for sizes 0, 1/`scale`, 2/`scale` and so on (kBendSteps and one more,
+/// the last twice), straight between two; signs stay. Sizes beyond the table have its last value.
+inline constexpr int kBendSteps = 256;
+void bendValues(const float (&table)[kBendSteps + 2], float scale, float* values) noexcept;
+/// Whether the slopes between voxels of a brick, where it is nearer to the surface than `within`, are 1 to `tolerance`.
+[[nodiscard]] bool isSlopeOne(const float* values, float within, float tolerance) noexcept;
+
 }  // namespace argil::clay

@@ -15,6 +15,7 @@
 #include "clay/field/renewed_block.h"
 #include "clay/field/settle.h"
 #include "clay/field/work_rooms.h"
+#include "clay/kernels/shaping_kernels.h"
 #include "clay/store/brick_margins.h"
 #include "clay/store/brick_set.h"
 #include "clay/store/channel_source.h"
@@ -36,6 +37,10 @@ constexpr int kLayers = 2;
 // Where no mean is smaller than the band less this part of its spread, no distance is within the band: at its end the
 // mean of a flat surface's field is smaller by 0.4 of it.
 constexpr float kBeyond = 0.25f;
+// Means are distances once they are unbent, where their slopes are as near to 1.
+constexpr float kSlopeOff = 0.03f;
+// Every so many looks all is solved: what unbent planes leave out of thin plates adds up.
+constexpr int kAllAnew = 3;
 // Voxels; so little changes the band's end by less than redistancing lets stand.
 constexpr float kSmallShift = 0.05f;
 constexpr int kVolumeSteps = 6;
@@ -85,8 +90,41 @@ uint32_t near(const BrickValues& values, float band) {
   return found;
 }
 
-// Means of `passes`, less `shift`, where the surface may come near.
-void average(Sampler& field, Coord block, int passes, float shift, RenewedBlock& room) {
+// What a plane's mean says of its distance: its field ends at the band, so a mean over `passes` is nearer to zero than
+// the middle. By the normal distribution of the same spread.
+class UnbentPlane {
+ public:
+  UnbentPlane(int passes, float band) {
+    const double spread = std::sqrt(passes / 2.0);
+    // The mean of what is positive of a plane at the distance d.
+    const auto ramp = [&](double d) {
+      return d / 2 * std::erfc(-d / (spread * M_SQRT2)) +
+             spread / std::sqrt(2 * M_PI) * std::exp(-d * d / (2 * spread * spread));
+    };
+    const auto mean = [&](double d) { return ramp(d + band) - ramp(d - band) - band; };
+    const double end = mean(band);
+    scale_ = static_cast<float>(kBendSteps / end);
+    double low = 0;
+    for (int i = 0; i < kBendSteps; ++i) {
+      double high = band;
+      for (int k = 0; k < 40; ++k) {
+        const double middle = (low + high) / 2;
+        (mean(middle) < end * i / kBendSteps ? low : high) = middle;
+      }
+      table_[i] = static_cast<float>(low);
+    }
+    table_[kBendSteps] = table_[kBendSteps + 1] = band;
+  }
+  void distances(float* means) const { bendValues(table_, scale_, means); }
+
+ private:
+  float scale_ = 0;
+  float table_[kBendSteps + 2] = {};
+};
+
+// Means of `passes`, less `shift`, where the surface may come near. With `plane` they become distances, and those that
+// are none are left to be solved; of bricks around the block, what these need.
+void average(Sampler& field, Coord block, int passes, float shift, const UnbentPlane* plane, RenewedBlock& room) {
   constexpr int kRoom = kBlockEdge + 4;  // two bricks around the block: each that is evened out has neighbours
   const float band = field.band();
   room.begin(block, band);
@@ -98,6 +136,7 @@ void average(Sampler& field, Coord block, int passes, float shift, RenewedBlock&
         for (int z = rim; z < kRoom - rim; ++z) visit(Coord{x, y, z});
   };
   const auto within = [](int32_t at) { return at >= 0 && at < kRoom; };
+  const auto onRim = [](Coord c) { return std::min({c.x, c.y, c.z}) == 0 || std::max({c.x, c.y, c.z}) == kRoom - 1; };
   std::array<bool, size_t{kRoom} * kRoom * kRoom> wanted{};
   forRoom(0, [&](Coord c) {
     const Slot slot = field.slot(corner + c);
@@ -112,15 +151,32 @@ void average(Sampler& field, Coord block, int passes, float shift, RenewedBlock&
   });
   const float least = band - kBeyond * std::sqrt(static_cast<float>(passes) / 2);
   float broad[kBroadSize] = {};
-  forRoom(1, [&](Coord c) {
-    if (!wanted[place(c)]) return;
+  // Whether it is to be solved.
+  const auto add = [&](Coord c) {
+    if (!std::exchange(wanted[place(c)], false)) return false;
     const Coord brick = corner + c;
     gatherBroad(field, brick, 4, broad);
     float* const mean = room.add(brick);
-    if (broadMeans(broad, passes, shift, band, mean) < least) return;
+    if (broadMeans(broad, passes, shift, band, mean) < least) {
+      if (!plane) return true;
+      plane->distances(mean);
+      if (!isSlopeOne(mean, band - 1, kSlopeOff)) return true;
+      room.keepLast();
+      return false;
+    }
     if (room.holds(brick)) room.addTile(brick, mean[0] < 0);
     room.dropLast();
+    return false;
+  };
+  if (!plane) return forRoom(1, add);
+  std::vector<Coord> solved;
+  forRoom(2, [&](Coord c) {
+    if (add(c)) solved.push_back(c);
   });
+  // What is kept is known all over: it comes through a brick beside the block.
+  for (size_t i = 0; i < solved.size(); ++i)
+    for (const Coord step : kAroundSteps)
+      if (const Coord c = solved[i] + step; add(c) && !onRim(c)) solved.push_back(c);
 }
 
 // What is in the band of `old` stays, the rest has what its nearest place has.
@@ -140,22 +196,24 @@ ChannelBlock carried(ChannelSource& old, const FloatBrick& brick, const RenewedB
   return channels;
 }
 
-// One look at all of it, put into `store`.
-Version evenedOut(const Version& source, const std::shared_ptr<Store>& store, int passes, float shift, int threads,
-                  const WorkPart& part) {
+// One look at all of it, put into `store`; where more are to come, distances are solved only where a mean is none.
+Version evenedOut(const Version& source, const std::shared_ptr<Store>& store, int passes, float shift, bool last,
+                  int threads, const WorkPart& part) {
   const float band = source.grid().band;
   const bool channels = ChannelSource::any(source);
+  std::optional<UnbentPlane> plane;
+  if (!last && band >= kWideBand) plane.emplace(passes, band);
   Editor editor(Version::empty(store, source.grid()));
   copyTiles(source, editor);
   std::mutex editing;
   const std::vector<Coord> blocks = blocksOf(source);
   forEachWithRoom<RenewedBlock>(blocks.size(), threads, part, [&](size_t i, RenewedBlock& room) {
     Sampler field(source);
-    average(field, blocks[i], passes, shift, room);
+    average(field, blocks[i], passes, shift, plane ? &*plane : nullptr, room);
     room.solve(Renew::all, field);
     ChannelSource old(source);
     const auto paint = [&](const FloatBrick& brick, size_t number) {
-      return carried(old, brick, RenewedBlock::Feet(room, number), band);
+      return carried(old, brick, RenewedBlock::Feet(room, number, &field), band);
     };
     room.put(editor, editing, channels ? RenewedBlock::Paint(paint) : nullptr);
   });
@@ -200,8 +258,9 @@ Version smoothAll(const Version& version, int passes, bool keepVolume, int threa
   const auto store = Store::make(version.store()->precision());
   Version now = version;
   int done = 0;
-  const auto run = [&](int count, float shift) {
-    now = evenedOut(now, store, count, shift, threads, all.part(done / looks, (done + 1) / looks));
+  const auto run = [&](int count, float shift, bool last) {
+    now = evenedOut(now, store, count, shift, last || done % kAllAnew == kAllAnew - 1, threads,
+                    all.part(done / looks, (done + 1) / looks));
     ++done;
     while (store->collect()) {  // The next look takes the room of the one before this.
     }
@@ -209,11 +268,11 @@ Version smoothAll(const Version& version, int passes, bool keepVolume, int threa
       throw Error("nothing is left after smoothing: the piece is thinner than that; give fewer passes",
                   Error::Kind::work);
   };
-  for (int left = passes; left > 0; left -= together) run(std::min(left, together), 0);
+  for (int left = passes; left > 0; left -= together) run(std::min(left, together), 0, left <= together);
   if (keepVolume) {
     const float shift = shiftTo(volumeOf(version, 0, threads), now, threads);
     if (std::abs(shift) > kSmallShift)
-      run(0, shift);
+      run(0, shift, true);
     else if (shift != 0)
       now = moved(now, shift, threads, all.part(done / looks, 1));
   }

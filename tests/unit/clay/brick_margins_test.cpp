@@ -155,6 +155,64 @@ TEST(BrickMargins, MeansOfPassesAreBinomial) {
   }
 }
 
+// Slopes of cells, in double: planes of any direction, of a wrong slope, with a kink that one cell alone sees, and
+// beyond what counts.
+TEST(BrickMargins, SlopesOfOneAreToldFromOthers) {
+  std::mt19937 random(6);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> away(-6, 6), slope(0.94, 1.06);
+  int ones = 0;
+  for (int round = 0; round < 2000; ++round) {
+    const Vec3d n = Vec3d(normal(random), normal(random), normal(random)).normalized() * slope(random);
+    const double d = away(random);
+    BrickValues values;
+    for (int v = 0; v < kBrickVoxels; ++v)
+      values[v] = static_cast<float>(n.dot(Vec3d((v >> 6) - 3.5, ((v >> 3) & 7) - 3.5, (v & 7) - 3.5)) + d);
+    if (round % 2 != 0) values[random() % kBrickVoxels] += 0.3f;
+    constexpr float kWithin = 2, kTolerance = 0.03f;
+    bool one = true, close = false;
+    for (int v = 0; v < kBrickVoxels; ++v) {
+      if (v >> 6 == 7 || (v >> 3 & 7) == 7 || (v & 7) == 7) continue;
+      Vec3d g = Vec3d::Zero();
+      double middle = 0;
+      for (int corner = 0; corner < 8; ++corner) {
+        const double value = values[v + 64 * (corner >> 2) + 8 * (corner >> 1 & 1) + (corner & 1)];
+        g += value / 4 * Vec3d(corner >> 2 ? 1 : -1, corner >> 1 & 1 ? 1 : -1, corner & 1 ? 1 : -1);
+        middle += value / 8;
+      }
+      const double off = std::abs(g.norm() - 1) - kTolerance;
+      close = close || std::abs(off) < 1e-5 || std::abs(std::abs(middle) - kWithin) < 1e-5;
+      one = one && (std::abs(middle) > kWithin || off < 0);
+    }
+    if (close) continue;
+    ones += one;
+    tests::forEachSimdTarget([&](const std::string& target) {
+      EXPECT_EQ(isSlopeOne(values, kWithin, kTolerance), one) << target << " " << round;
+    });
+  }
+  EXPECT_GT(ones, 200);
+  EXPECT_LT(ones, 1800);
+}
+
+TEST(BrickMargins, ATableBendsValues) {
+  float table[kBendSteps + 2];
+  for (int i = 0; i <= kBendSteps; ++i) table[i] = static_cast<float>(std::sqrt(i));
+  table[kBendSteps + 1] = table[kBendSteps];
+  constexpr float kScale = 100;
+  BrickValues first;
+  for (int v = 0; v < kBrickVoxels; ++v) first[v] = static_cast<float>(v - 256) * 0.0131f;
+  tests::forEachSimdTarget([&](const std::string& target) {
+    BrickValues bent;
+    std::memcpy(bent, first, sizeof bent);
+    bendValues(table, kScale, bent);
+    for (int v = 0; v < kBrickVoxels; ++v) {
+      const double at = std::min(std::abs(double{first[v]}) * kScale, double{kBendSteps}), low = std::floor(at);
+      const double exact = std::sqrt(low) + (at - low) * (std::sqrt(std::min(low + 1, 256.0)) - std::sqrt(low));
+      ASSERT_NEAR(bent[v], std::copysign(exact, first[v]), 2e-4) << target << " " << v;
+    }
+  });
+}
+
 // Voxels that stay, that move by whole voxels, that came from between two, with a window that just holds them.
 TEST(BrickMargins, TheNearestVoxelSaysWhatIsFarFromTheSurface) {
   std::mt19937 random(5);

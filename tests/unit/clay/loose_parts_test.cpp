@@ -1,4 +1,4 @@
-// Bodies, cavities, halves and evened surfaces.
+// Bodies, cavities and halves.
 
 #include "clay/field/loose_parts.h"
 
@@ -14,7 +14,6 @@
 #include "clay/surface/surface.h"
 #include "clay/whole/boolean.h"
 #include "clay/whole/mirror.h"
-#include "clay/whole/smooth_all.h"
 #include "tests/unit/clay/clay_checks.h"
 #include "tests/unit/clay/whole_checks.h"
 
@@ -155,99 +154,6 @@ TEST(Mirror, AnyPlane) {
   expectClosed(mirrored);
   EXPECT_THROW((void)mirrorHalf(sphere, at, Vec3d::Zero()), Error);
   EXPECT_THROW((void)mirrorHalf(sphere, Vec3d(20, 0, 0), Vec3d::UnitX()), Error);
-}
-
-TEST(SmoothAll, KeepsTheVolumeOfASphereAndRoundsABox) {
-  const auto store = Store::make();
-  const Version sphere = ball(store, Vec3d::Zero(), 20);  // 40 voxels
-  const double before = clayVolume(sphere);
-  const Version smooth = smoothAll(sphere, 1, true, 2), shrunk = smoothAll(sphere, 1, false, 2);
-  std::printf("one pass over a sphere of 40 voxels: volume %+.5f %% kept, %+.5f %% not\n",
-              100 * (clayVolume(smooth) / before - 1), 100 * (clayVolume(shrunk) / before - 1));
-  EXPECT_NEAR(clayVolume(smooth) / before, 1, 1e-4);
-  EXPECT_LT(clayVolume(shrunk) / before, 1 - 1e-4);
-  EXPECT_LT(errorAgainst(smooth, [](const Vec3d& p) { return p.norm() - 20; }).surfaceMax, 0.02);
-  const Version block = makeBlock(store, half(), Vec3d::Zero(), Vec3d(16, 16, 16), 0);
-  const Version round = smoothAll(block, 4, false, 2);
-  Sampler was(block), is(round);
-  EXPECT_GT(is.trilinear(half().toVoxel(Vec3d(7.8, 7.8, 7.8))),
-            was.trilinear(half().toVoxel(Vec3d(7.8, 7.8, 7.8))) + 0.5);
-  EXPECT_NEAR(is.trilinear(half().toVoxel(Vec3d(8, 0, 0))), 0, 0.05);
-  expectClosed(round);
-  expectProperBand(round, 1.1);
-  EXPECT_THROW((void)smoothAll(block, 0, false), Error);
-}
-
-// Four passes read four voxels farther than one: what lies beside the surface keeps its slope.
-TEST(SmoothAll, LeavesDistancesOfALargeSphere) {
-  const auto store = Store::make();
-  const Version smooth = smoothAll(ball(store, Vec3d::Zero(), 20), 4, false, 2);
-  double sum = 0, squares = 0, most = -1e9, least = 1e9;
-  uint64_t count = 0;
-  smooth.forEachBrick([&](const Brick& brick) {
-    for (int v = 0; v < kBrickVoxels; ++v) {
-      const Coord at = brick.coord * kBrickEdge + Coord{v >> 6, (v >> 3) & 7, v & 7};
-      const double exact = (smooth.grid().toWorld(at.toVec3d()).norm() - 20) / smooth.grid().voxelMm;
-      if (std::abs(exact) > 1.2) continue;
-      const double off = brick.phi(v) - exact;
-      sum += off, squares += off * off, ++count;
-      most = std::max(most, off), least = std::min(least, off);
-    }
-  });
-  const double mean = sum / double(count), spread = std::sqrt(squares / double(count) - mean * mean);
-  std::printf("four passes over a sphere of 40 voxels: smaller by %.4f voxel, %.5f RMS beside that, %.4f to %.4f\n",
-              mean, spread, least - mean, most - mean);
-  EXPECT_GT(mean, 0);
-  EXPECT_LT(most - least, 0.01);
-}
-
-// What is worked on together is nothing that the clay knows of, and by how many not even its last bit.
-TEST(SmoothAll, DoesTheSameWhereverThePieceLies) {
-  for (const Precision precision : {Precision::float32, Precision::fixed16}) {
-    const auto store = Store::make(precision);
-    Version clay = makeBlock(store, half(), Vec3d(1, 2, 3), Vec3d(50, 40, 30), 0);
-    for (const Vec3d& at : {Vec3d(26, 3, 4), Vec3d(-9, 20, 8), Vec3d(4, -7, 18)})
-      clay = combine(clay, ball(store, at, 9), Combination::cut);
-    clay = combine(clay, ball(store, Vec3d(-20, -16, 14), 2), Combination::join);
-    const Version smooth = smoothAll(clay, 6, false, 1);
-    EXPECT_EQ(smoothAll(clay, 6, false, 3).hash(), smooth.hash());
-    for (const Coord bricks : {Coord{5, 0, 0}, Coord{-3, 9, 14}}) {
-      Editor editor(Version::empty(Store::make(precision), half()));
-      clay.forEachBrick([&](const Brick& brick) {
-        BrickValues room;
-        editor.setVoxels(brick.coord + bricks, brick.values(room));
-      });
-      for (int i = 0; i < 8000; ++i)
-        if (const Coord at{i / 400 - 10, i / 20 % 20 - 10, i % 20 - 10}; clay.find(at) == Slot(Tile::inside))
-          editor.setTile(at + bricks, Tile::inside);
-      const Version there = smoothAll(editor.commit(), 6, false, 2);
-      uint64_t count = 0;
-      float worst = 0;
-      smooth.forEachBrick([&](const Brick& brick) {
-        BrickValues one, other;
-        const Slot slot = there.find(brick.coord + bricks);
-        ASSERT_FALSE(slot.isTile());
-        const BrickValues &here = brick.values(one), &moved = slot.values(other, 3);
-        // Distances that are on their way to the last bit when the passes end know where a block of bricks ends.
-        for (int v = 0; v < kBrickVoxels; ++v) worst = std::max(worst, std::abs(here[v] - moved[v]));
-        ++count;
-      });
-      EXPECT_EQ(there.stats().bricks, count);
-      EXPECT_GT(count, 500u);
-      EXPECT_LT(worst, precision == Precision::float32 ? 2e-6f : 3e-4f);
-    }
-  }
-}
-
-// So much that the surface has to move farther than the band's end forgives.
-TEST(SmoothAll, KeepsTheVolumeOfASmallBall) {
-  const Version small = ball(Store::make(), Vec3d::Zero(), 4);  // 8 voxels
-  const double before = clayVolume(small);
-  const Version shrunk = smoothAll(small, 12, false, 2), kept = smoothAll(small, 12, true, 2);
-  EXPECT_LT(clayVolume(shrunk) / before, 0.95);
-  EXPECT_NEAR(clayVolume(kept) / before, 1, 2e-4);
-  EXPECT_LT(errorAgainst(kept, [](const Vec3d& p) { return p.norm() - 4; }).surfaceMax, 0.05);
-  expectProperBand(kept, 1.1);
 }
 
 }  // namespace
