@@ -16,7 +16,10 @@ constexpr float kMostShift = 0.5f;      // voxels from the mean of a cell's cros
 constexpr float kMostCurvature = 0.8f;  // per voxel: what voxels can tell
 constexpr float kDeepest = 0.6f;        // of a hollow's radius
 constexpr float kLeastSpread = 0.25f;   // of normals, beside what they are at the surface: behind it too
-constexpr float kBeside2 = 0.6f;        // voxels²: from the nearest place to a point
+constexpr float kBeside2 = 5;           // voxels²: from the nearest place to a point,
+constexpr float kBesideBent2 = 0.6f;    // where each cell has one
+constexpr float kSame = 0.005f;         // voxels: so much off, a cell needs no point of its own,
+constexpr float kBent = 0.05f;          // and from so much on there is no surface of second order
 constexpr float kHalfBlock = 3.5f;
 constexpr float kHalfDiagonal = 6.07f;  // of the voxels of a block
 
@@ -89,13 +92,23 @@ float gapOf(const Vec3f& lowA, const Vec3f& highA, const Vec3f& lowB, const Vec3
 
 void FootPoints::make(const LevelSet& set, const std::vector<Coord>& blocks) {
   x_.clear(), y_.clear(), z_.clear(), shapes_.clear(), blocks_.clear();
+  places_.clear(), groups_.clear();
+  // With one around, so that each has neighbours.
+  across_ = Coord{set.size.x / 2, set.size.y / 2, set.size.z / 2} + Coord{7, 7, 7};
+  bent_.assign(voxelIndex(across_, {across_.x, 0, 0}), 0);
+  std::vector<uint32_t> ends;
   for (const Coord block : blocks) {
-    const auto first = static_cast<uint32_t>(shapes_.size());
     addBlock(set, block);
-    const auto end = static_cast<uint32_t>(shapes_.size());
-    if (end == first) continue;
-    Block found{shapes_[first].point, shapes_[first].point, {first, end}};
-    for (uint32_t i = first + 1; i < end; ++i) {
+    ends.push_back(static_cast<uint32_t>(groups_.size()));
+  }
+  uint32_t group = 0;
+  for (const uint32_t end : ends) {
+    const auto first = static_cast<uint32_t>(shapes_.size());
+    for (; group < end; ++group) addPoints(set, groups_[group]);
+    const auto last = static_cast<uint32_t>(shapes_.size());
+    if (last == first) continue;
+    Block found{shapes_[first].point, shapes_[first].point, {first, last}};
+    for (uint32_t i = first + 1; i < last; ++i) {
       found.low = found.low.cwiseMin(shapes_[i].point);
       found.high = found.high.cwiseMax(shapes_[i].point);
     }
@@ -120,17 +133,72 @@ void FootPoints::addBlock(const LevelSet& set, Coord block) {
       beyond[x - from.x][y - from.y] = bits;
     }
   const uint32_t cells = (1u << (to.z - from.z)) - 1;
+  uint32_t crossed[kBrickEdge][kBrickEdge] = {};  // by the cell's place in the block
   for (int x = 0; x < to.x - from.x; ++x)
     for (int y = 0; y < to.y - from.y; ++y) {
       const uint32_t rows[4] = {beyond[x][y], beyond[x][y + 1], beyond[x + 1][y], beyond[x + 1][y + 1]};
       const uint32_t any = rows[0] | rows[1] | rows[2] | rows[3], all = rows[0] & rows[1] & rows[2] & rows[3];
-      for (uint32_t crossed = (any | any >> 1) & ~(all & all >> 1) & cells; crossed; crossed &= crossed - 1)
-        addCell(set, from + Coord{x, y, __builtin_ctz(crossed)});
+      const Coord at = from - block + Coord{x, y, 0};
+      crossed[at.x][at.y] = ((any | any >> 1) & ~(all & all >> 1) & cells) << (from.z - block.z);
+    }
+  for (int x = 0; x < kBrickEdge; x += 2)
+    for (int y = 0; y < kBrickEdge; y += 2) {
+      const uint32_t columns = crossed[x][y] | crossed[x][y + 1] | crossed[x + 1][y] | crossed[x + 1][y + 1];
+      for (uint32_t left = (columns | columns >> 1) & 0x55; left; left &= left - 1) {
+        const int z = __builtin_ctz(left);
+        const auto first = static_cast<uint32_t>(places_.size());
+        for (int c = 0; c < 8; ++c)
+          if (const Coord cell{x + (c >> 2), y + (c >> 1 & 1), z + (c & 1)}; crossed[cell.x][cell.y] >> cell.z & 1)
+            places_.push_back(crossingOf(set, block + cell));
+        addGroup(set, block + Coord{x, y, z}, {first, static_cast<uint32_t>(places_.size())});
+      }
     }
 }
 
-// At the mean of the crossings of the cell's edges.
-void FootPoints::addCell(const LevelSet& set, Coord cell) {
+// Places of cells that lie together, and whether the surface of second order at the middle one holds the others.
+void FootPoints::addGroup(const LevelSet& set, Coord cell, PointRange range) {
+  const std::span places(places_.data() + range.begin, range.end - range.begin);
+  Vec3f mean = Vec3f::Zero();
+  for (const Vec3f& each : places) mean += each;
+  mean /= static_cast<float>(places.size());
+  const auto nearest = std::min_element(places.begin(), places.end(), [&](const Vec3f& a, const Vec3f& b) {
+    return (a - mean).squaredNorm() < (b - mean).squaredNorm();
+  });
+  Group group{shapeAt(set, *nearest), range, range.begin + static_cast<uint32_t>(nearest - places.begin()),
+              voxelIndex(across_, (cell + Coord{8, 8, 8}) >> 1), kBent};
+  if (group.middle.known) {
+    group.off = 0;
+    const Shape& shape = group.middle;
+    for (const Vec3f& place : places) {
+      const Vec3f way = place - shape.point;
+      const float h = way.dot(shape.normal), u = way.dot(shape.first),
+                  rest = std::max(0.0f, way.squaredNorm() - h * h - u * u);
+      group.off = std::max(group.off, std::abs(h + (shape.curvature[0] * u * u + shape.curvature[1] * rest) / 2));
+    }
+  }
+  bent_[group.at] = group.off >= kBent;
+  groups_.push_back(group);
+}
+
+// The middle alone stands for a group that is smooth, with smooth ones around it.
+void FootPoints::addPoints(const LevelSet& set, const Group& group) {
+  const auto bentBeside = [&] {
+    for (int x = -1; x <= 1; ++x)
+      for (int y = -1; y <= 1; ++y)
+        for (int z = -1; z <= 1; ++z)
+          if (bent_[group.at + static_cast<size_t>((x * across_.y + y) * across_.z + z)]) return true;
+    return false;
+  };
+  if (group.off < kSame && !bentBeside()) return add(group.middle);
+  for (uint32_t i = group.places.begin; i < group.places.end; ++i) {
+    Shape shape = i == group.middlesPlace ? group.middle : shapeAt(set, places_[i]);
+    if (group.off >= kBent) shape.beside2 = kBesideBent2;
+    add(shape);
+  }
+}
+
+// The mean of the crossings of the cell's edges.
+Vec3f FootPoints::crossingOf(const LevelSet& set, Coord cell) {
   float v[8];
   for (int c = 0; c < 8; ++c)
     v[c] = set.side * set.phi[voxelIndex(set.size, cell + Coord{c >> 2, (c >> 1) & 1, c & 1})] - set.level;
@@ -142,13 +210,18 @@ void FootPoints::addCell(const LevelSet& set, Coord cell) {
     sum[axis] += v[a] / (v[a] - v[b]);
     ++crossings;
   }
-  addPoint(set, sum / float(crossings) + cell.toVec3d().cast<float>());
+  return sum / float(crossings) + cell.toVec3d().cast<float>();
 }
 
-void FootPoints::addPoint(const LevelSet& set, const Vec3f& place) {
+void FootPoints::add(const Shape& shape) {
+  x_.push_back(shape.point.x()), y_.push_back(shape.point.y()), z_.push_back(shape.point.z());
+  shapes_.push_back(shape);
+}
+
+FootPoints::Shape FootPoints::shapeAt(const LevelSet& set, const Vec3f& place) {
   const Derivatives at = derivativesAt(set, place);
   const float length = at.slope.norm();
-  Shape shape{place, Vec3f::Zero(), Vec3f::Zero(), {0, 0}, length > kLeastSlope};
+  Shape shape{place, Vec3f::Zero(), Vec3f::Zero(), {0, 0}, kBeside2, length > kLeastSlope};
   if (shape.known) {
     const Vec3f n = at.slope * (set.side / length);
     shape.point += n * std::clamp((set.level - set.side * at.value) / length, -kMostShift, kMostShift);
@@ -164,8 +237,7 @@ void FootPoints::addPoint(const LevelSet& set, const Vec3f& place) {
     for (int i = 0; i < 2; ++i)
       shape.curvature[i] = std::clamp(principal.eigenvalues()[1 - i], -kMostCurvature, kMostCurvature);
   }
-  x_.push_back(shape.point.x()), y_.push_back(shape.point.y()), z_.push_back(shape.point.z());
-  shapes_.push_back(shape);
+  return shape;
 }
 
 FootPoints::Foot FootPoints::footOn(const Shape& shape, const Vec3f& p, bool place) const {
@@ -180,7 +252,7 @@ FootPoints::Foot FootPoints::footOn(const Shape& shape, const Vec3f& p, bool pla
   const float spread[2] = {std::max(1 + h * curvature[0], kLeastSpread), std::max(1 + h * curvature[1], kLeastSpread)};
   const float bent = h + (curvature[0] * u * u / spread[0] + curvature[1] * rest / spread[1]) / 2;
   // Points lie so close together that one is beside the nearest place, as it looks from afar.
-  const float least = std::sqrt(std::max(0.0f, square - kBeside2 * std::max(1.0f, spread[0])));
+  const float least = std::sqrt(std::max(0.0f, square - shape.beside2 * std::max(1.0f, spread[0])));
   Foot foot{std::clamp(bent, least, far), shape.point};
   if (place) {
     const Vec3f second = way - shape.normal * h - shape.first * u;

@@ -2,6 +2,7 @@
 // The level set of a box of distances as points with tangent planes and curvatures, and distances to it by the nearest.
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include "clay/base/vec.h"
@@ -59,14 +60,30 @@ class FootPoints {
   struct Shape {
     Vec3f point, normal, first;  // `first`: direction of κ1, unit length
     float curvature[2];
-    bool known;  // false: a slope that points nowhere; the point alone counts
+    float beside2;  // voxels²: how far the nearest place may be from it
+    bool known;     // false: a slope that points nowhere; the point alone counts
+  };
+  // Two by two by two cells.
+  struct Group {
+    Shape middle;       // of the one in the middle
+    PointRange places;  // of all
+    uint32_t middlesPlace;
+    size_t at;  // in bent_
+    float off;  // how far they are off the middle's surface
   };
   void addBlock(const LevelSet& set, Coord block);
-  void addCell(const LevelSet& set, Coord cell);
-  void addPoint(const LevelSet& set, const Vec3f& place);
+  [[nodiscard]] static Vec3f crossingOf(const LevelSet& set, Coord cell);
+  void addGroup(const LevelSet& set, Coord cell, PointRange range);
+  void addPoints(const LevelSet& set, const Group& group);
+  [[nodiscard]] static Shape shapeAt(const LevelSet& set, const Vec3f& place);
+  void add(const Shape& shape);
   [[nodiscard]] Foot footOn(const Shape& shape, const Vec3f& p, bool place) const;
 
   std::vector<float> x_, y_, z_;
+  std::vector<Vec3f> places_;  // of crossed cells
+  std::vector<Group> groups_;
+  std::vector<uint8_t> bent_;  // of each group of the box, whether it has no surface of second order
+  Coord across_;
   std::vector<Shape> shapes_;
   std::vector<Block> blocks_;
   Vec3f corner_ = Vec3f::Zero();  // of the block that was gone to

@@ -9,6 +9,7 @@
 
 #include "clay/base/parallel.h"
 #include "clay/field/redistance.h"
+#include "clay/kernels/shaping_kernels.h"
 #include "clay/store/brick_margins.h"
 #include "clay/store/brick_set.h"
 
@@ -35,6 +36,7 @@ bool limit(Sampler& field, Coord brick, Limited& out) {
   float padded[kPaddedSize];
   std::fill(std::begin(padded), std::end(padded), 0.0f);
   gatherPadded(field, brick, padded);
+  if (!isSteep(padded, kSteepest)) return false;
   out.brick = brick;
   out.fresh.clear();
   bool any = false;

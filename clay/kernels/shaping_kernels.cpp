@@ -402,6 +402,18 @@ void Bend(const float (&table)[kBendSteps + 2], float scale, float* values) {
   });
 }
 
+bool Steep(const float* padded, float most) {
+  const RowTag d;
+  Row largest = hn::Zero(d);
+  forRows([&](int voxel) {
+    const float* at = padded + paddedOffset((voxel >> 6) + 1, ((voxel >> 3) & 7) + 1, (voxel & 7) + 1);
+    const Row own = hn::LoadU(d, at);
+    for (const int step : {10 * kPaddedRow, kPaddedRow, 1})
+      for (const int to : {-step, step}) largest = hn::Max(largest, hn::Abs(hn::Sub(hn::LoadU(d, at + to), own)));
+  });
+  return hn::GetLane(hn::MaxOfLanes(d, largest)) > most;
+}
+
 bool SlopeOne(const float* values, float within, float tolerance) {
   constexpr uint64_t kCells = 0x007f7f7f7f7f7f7fu;  // whose eight corners lie in the brick
   constexpr uint64_t kWords[kBrickEdge] = {kCells, kCells, kCells, kCells, kCells, kCells, kCells, 0};
@@ -447,6 +459,7 @@ HWY_EXPORT(StartWide);
 HWY_EXPORT(Broad);
 HWY_EXPORT(BroadPasses);
 HWY_EXPORT(Bend);
+HWY_EXPORT(Steep);
 HWY_EXPORT(SlopeOne);
 
 uint64_t widePass(const float* wide, const uint64_t* frozen, uint64_t rows, float cap, float* out) noexcept {
@@ -482,6 +495,9 @@ float broadMeans(const float* broad, int passes, float shift, float band, float*
 }
 void bendValues(const float (&table)[kBendSteps + 2], float scale, float* values) noexcept {
   HWY_DYNAMIC_DISPATCH(Bend)(table, scale, values);
+}
+bool isSteep(const float* padded, float most) noexcept {
+  return HWY_DYNAMIC_DISPATCH(Steep)(padded, most);
 }
 bool isSlopeOne(const float* values, float within, float tolerance) noexcept {
   return HWY_DYNAMIC_DISPATCH(SlopeOne)(values, within, tolerance);

@@ -85,6 +85,8 @@ float broadMeans(const float* broad, int passes, float shift, float band, float*
 /// the last twice), straight between two; signs stay. Sizes beyond the table have its last value.
 inline constexpr int kBendSteps = 256;
 void bendValues(const float (&table)[kBendSteps + 2], float scale, float* values) noexcept;
+/// Whether two voxels that share a face, one of them in the brick, differ by more than `most`; by paddedOffset.
+[[nodiscard]] bool isSteep(const float* padded, float most) noexcept;
 /// Whether the slopes between voxels of a brick, where it is nearer to the surface than `within`, are 1 to `tolerance`.
 [[nodiscard]] bool isSlopeOne(const float* values, float within, float tolerance) noexcept;
 
