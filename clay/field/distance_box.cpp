@@ -10,10 +10,9 @@ namespace argil::clay {
 
 namespace {
 
-constexpr float kOwnTo = 1.0f;        // voxels beyond the level: so far the version's own values have a part,
-constexpr float kAgree = 0.15f;       // if they differ from what is measured by no more
-constexpr float kPointsApart = 2.2f;  // from the nearest place to the point that stands for it
-constexpr float kLeastSlope = 0.5f;   // a gradient below that points nowhere
+constexpr float kOwnTo = 1.0f;       // voxels beyond the level: so far the version's own values have a part,
+constexpr float kAgree = 0.15f;      // if they differ from what is measured by no more
+constexpr float kLeastSlope = 0.5f;  // a gradient below that points nowhere
 
 }  // namespace
 
@@ -72,7 +71,7 @@ void DistanceBox::measureBlock(FootPoints& points, Coord low, float side, float 
       for (int y = low.y; y < std::min(low.y + kBrickEdge, end.y); ++y)
         each(Coord{x, y, low.z}, static_cast<size_t>(((x - low.x) * kBrickEdge + y - low.y) * kBrickEdge));
   };
-  if (!points.approach(low, reach - kLevel + kPointsApart)) {
+  if (!points.approach(low, reach - kLevel)) {
     forRows([&](Coord first, size_t) {
       float* row = &phi_[index(first)];
       for (int z = 0; z < count; ++z) row[z] = side * row[z] > kLevel ? side * reach : row[z];
@@ -115,13 +114,9 @@ void DistanceBox::measure(FootPoints& points, float side, float reach) {
 bool DistanceBox::fill(const Version& version, Coord low, Coord size, Reach reach) {
   const float band = version.grid().band, level = kOwnDistance;
   const float farthest = std::max(reach.inside, reach.outside);
-  // Cells go two by two, and need a voxel around them.
   const int margin = farthest <= band ? 0 : static_cast<int>(std::ceil(farthest - level)) + 2;
-  outerLow_ = low, outer_ = size;
-  if (margin > 0) {
-    outerLow_ = ((low - Coord{margin, margin, margin}) >> 1) * 2;
-    outer_ = ((low + size + Coord{margin + 1, margin + 1, margin + 1}) >> 1) * 2 - outerLow_;
-  }
+  outerLow_ = low - Coord{margin, margin, margin};
+  outer_ = size + Coord{2 * margin, 2 * margin, 2 * margin};
   low_ = low - outerLow_;
   size_ = size;
   feet_ = reach.feet;

@@ -155,20 +155,14 @@ void FootPoints::addBlock(const LevelSet& set, Coord block) {
     }
 }
 
-// Places of cells that lie together, and whether the surface of second order at the middle one holds the others.
+// Places of cells that lie together, and how far they are off the surface of second order at one of them.
 void FootPoints::addGroup(const LevelSet& set, Coord cell, PointRange range) {
   const std::span places(places_.data() + range.begin, range.end - range.begin);
-  Vec3f mean = Vec3f::Zero();
-  for (const Vec3f& each : places) mean += each;
-  mean /= static_cast<float>(places.size());
-  const auto nearest = std::min_element(places.begin(), places.end(), [&](const Vec3f& a, const Vec3f& b) {
-    return (a - mean).squaredNorm() < (b - mean).squaredNorm();
-  });
-  Group group{shapeAt(set, *nearest), range, range.begin + static_cast<uint32_t>(nearest - places.begin()),
-              voxelIndex(across_, (cell + Coord{8, 8, 8}) >> 1), kBent};
-  if (group.middle.known) {
+  const uint32_t one = (range.begin + range.end) / 2;
+  Group group{range, one, shapeAt(set, places_[one]), voxelIndex(across_, (cell + Coord{8, 8, 8}) >> 1), kBent};
+  if (group.shape.known) {
     group.off = 0;
-    const Shape& shape = group.middle;
+    const Shape& shape = group.shape;
     for (const Vec3f& place : places) {
       const Vec3f way = place - shape.point;
       const float h = way.dot(shape.normal), u = way.dot(shape.first),
@@ -180,7 +174,7 @@ void FootPoints::addGroup(const LevelSet& set, Coord cell, PointRange range) {
   groups_.push_back(group);
 }
 
-// The middle alone stands for a group that is smooth, with smooth ones around it.
+// One point stands for a group that is smooth, with smooth ones around it.
 void FootPoints::addPoints(const LevelSet& set, const Group& group) {
   const auto bentBeside = [&] {
     for (int x = -1; x <= 1; ++x)
@@ -189,9 +183,9 @@ void FootPoints::addPoints(const LevelSet& set, const Group& group) {
           if (bent_[group.at + static_cast<size_t>((x * across_.y + y) * across_.z + z)]) return true;
     return false;
   };
-  if (group.off < kSame && !bentBeside()) return add(group.middle);
+  if (group.off < kSame && !bentBeside()) return add(group.shape);
   for (uint32_t i = group.places.begin; i < group.places.end; ++i) {
-    Shape shape = i == group.middlesPlace ? group.middle : shapeAt(set, places_[i]);
+    Shape shape = i == group.one ? group.shape : shapeAt(set, places_[i]);
     if (group.off >= kBent) shape.beside2 = kBesideBent2;
     add(shape);
   }

@@ -29,9 +29,10 @@ struct LevelSet {
 class FootPoints {
  public:
   /// Takes a level set apart: a point for each cell that it crosses, moved onto it, with the plane and the curvatures
-  /// that cubic splines have there. Cells nearer than a voxel to the rim of the field have none. `blocks`: corners of
-  /// blocks of 8³ cells that hold all of it; they may lie partly outside of the field. The field is not looked at
-  /// afterwards. Cost: of the blocks' voxels, and of a spline with its derivatives for each point.
+  /// that cubic splines have there; where it is smooth, for each two by two by two cells. Cells nearer than a voxel to
+  /// the rim of the field have none. `blocks`: corners of blocks of 8³ cells that hold all of it; they may lie partly
+  /// outside of the field. The field is not looked at afterwards. Cost: of the blocks' voxels, and of a spline with its
+  /// derivatives for each point.
   void make(const LevelSet& set, const std::vector<Coord>& blocks);
 
   /// The nearest place of the level set, as its points tell it.
@@ -65,11 +66,11 @@ class FootPoints {
   };
   // Two by two by two cells.
   struct Group {
-    Shape middle;       // of the one in the middle
-    PointRange places;  // of all
-    uint32_t middlesPlace;
-    size_t at;  // in bent_
-    float off;  // how far they are off the middle's surface
+    PointRange places;  // of those that are crossed
+    uint32_t one;       // of these places,
+    Shape shape;        // and the surface there
+    size_t at;          // in bent_
+    float off;          // how far the others are off its surface
   };
   void addBlock(const LevelSet& set, Coord block);
   [[nodiscard]] static Vec3f crossingOf(const LevelSet& set, Coord cell);

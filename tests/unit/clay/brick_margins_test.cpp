@@ -194,6 +194,21 @@ TEST(BrickMargins, SlopesOfOneAreToldFromOthers) {
   EXPECT_LT(ones, 1800);
 }
 
+TEST(BrickMargins, StepsFromVoxelToVoxelAreSeenAcrossFacesToo) {
+  std::mt19937 random(7);
+  for (int round = 0; round < 1000; ++round) {
+    float padded[kPaddedSize] = {};
+    const int at[3] = {int(random() % 10), int(random() % 10), int(random() % 10)};
+    padded[paddedOffset(at[0], at[1], at[2])] = round % 2 != 0 ? 1.06f : -1.06f;
+    // Beside a voxel of the brick, or one of it.
+    const auto rim = std::count_if(at, at + 3, [](int k) { return k == 0 || k == 9; });
+    tests::forEachSimdTarget([&](const std::string& target) {
+      EXPECT_EQ(isSteep(padded, 1.05f), rim < 2) << target << " " << at[0] << " " << at[1] << " " << at[2];
+      EXPECT_FALSE(isSteep(padded, 1.07f)) << target;
+    });
+  }
+}
+
 TEST(BrickMargins, ATableBendsValues) {
   float table[kBendSteps + 2];
   for (int i = 0; i <= kBendSteps; ++i) table[i] = static_cast<float>(std::sqrt(i));

@@ -109,6 +109,24 @@ TEST(DistanceBox, DistancesAreThoseOfKnownShapes) {
   }
 }
 
+// Of boxes that the surface does not enter, too.
+TEST(DistanceBox, DistancesAreRightUpToTheirReach) {
+  const Version clay = makeSphere(Store::make(), grid(), Vec3d::Zero(), 40);
+  DistanceBox box;
+  int outside = 0;
+  for (const float reach : {4.3f, 9.0f, 13.9f})
+    for (int low = -60; low < 60; low += 5) {
+      if (!box.fill(clay, {low, -7, 4}, {5, 11, 9}, {reach, reach})) continue;
+      for (int i = 0; i < 5 * 11 * 9; ++i) {
+        const Coord v = Coord{low, -7, 4} + Coord{i / 99, i / 9 % 11, i % 9};
+        const double exact = ball(clay.grid().toWorld(v.toVec3d()), Vec3d::Zero(), 40);
+        ASSERT_NEAR(box.at(v), std::clamp(exact, -double{reach}, double{reach}), 0.005) << low << " " << reach;
+        outside += std::abs(exact) > reach - 1 && std::abs(exact) < reach;
+      }
+    }
+  EXPECT_GT(outside, 1000);
+}
+
 TEST(DistanceBox, APlaceHasTheSameDistanceInEveryBox) {
   Version clay = makeSphere(Store::make(), grid(), Vec3d::Zero(), 20);
   for (const Vec3d& at : {Vec3d(17, 3, 6), Vec3d(-9, 12, 10), Vec3d(2, -19, -5)})
