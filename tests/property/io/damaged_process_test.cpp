@@ -22,6 +22,7 @@
 #include "tests/support/iges_samples.h"
 #include "tests/support/mesh_samples.h"
 #include "tests/support/reader_fork.h"
+#include "tests/support/step_samples.h"
 #include "tests/support/tier.h"
 
 namespace argil::io {
@@ -106,6 +107,8 @@ TEST_P(DamagedForOthers, IsReadOrOneSentence) {
     const char* data = std::getenv("ARGIL_DATA");
     if (!data) GTEST_SKIP() << "ARGIL_DATA is not set: no file of another program";
     std::filesystem::copy_file(std::filesystem::path(data) / "cad" / name, path);
+  } else if (name == "block.step") {
+    samples::spill(path, samples::stepOfBoredBlock({20, 30, 10}, 6));
   } else if (step) {
     clay::Grid grid;
     grid.voxelMm = 1;
@@ -169,7 +172,7 @@ TEST_P(DamagedForOthers, IsReadOrOneSentence) {
 
 INSTANTIATE_TEST_SUITE_P(Formats, DamagedForOthers,
                          testing::Values("packed.glb", "plain.glb", "text.gltf", "one.drc", "ball.vdb", "ball.step",
-                                         "screw.step", "box.igs"));
+                                         "screw.step", "box.igs", "block.step"));
 
 }  // namespace
 }  // namespace argil::io

@@ -19,6 +19,7 @@
 #include "io/models/reader_process.h"
 #include "tests/support/iges_samples.h"
 #include "tests/support/mesh_samples.h"
+#include "tests/support/step_samples.h"
 
 namespace argil::io {
 namespace {
@@ -95,6 +96,16 @@ TEST_F(CadFiles, LooseFacesOfIgesBecomeAClosedBody) {
   const ModelFile torn = readModel(written("open.iges", igesOf(open)));
   EXPECT_THAT(torn.notes.at(0), HasSubstr("5 loose faces were sewn together, 4 of their edges"));
   EXPECT_FALSE(topologyOf(torn.objects.at(0)).solid());
+}
+
+TEST_F(CadFiles, PlanesAndCylindersAreRead) {
+  const ModelFile model = readModel(written("block.step", samples::stepOfBoredBlock({20, 30, 10}, 6)));
+  ASSERT_EQ(model.objects.size(), 1u);
+  EXPECT_EQ(model.objects[0].name, "Bored block");
+  EXPECT_TRUE(model.notes.empty());
+  const clay::TopologyReport topology = topologyOf(model.objects[0]);
+  EXPECT_TRUE(topology.solid());
+  EXPECT_NEAR(topology.volume / (6000 - std::numbers::pi * 360), 1, 2e-4);
 }
 
 TEST_F(CadFiles, PartsOfOtherProgramsAreRead) {
