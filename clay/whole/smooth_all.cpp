@@ -153,7 +153,7 @@ void average(Sampler& field, Coord block, int passes, float shift, const UnbentP
   float broad[kBroadSize] = {};
   // Whether it is to be solved.
   const auto add = [&](Coord c) {
-    if (!std::exchange(wanted[place(c)], false)) return false;
+    wanted[place(c)] = false;
     const Coord brick = corner + c;
     gatherBroad(field, brick, 4, broad);
     float* const mean = room.add(brick);
@@ -168,15 +168,14 @@ void average(Sampler& field, Coord block, int passes, float shift, const UnbentP
     room.dropLast();
     return false;
   };
-  if (!plane) return forRoom(1, add);
   std::vector<Coord> solved;
-  forRoom(2, [&](Coord c) {
-    if (add(c)) solved.push_back(c);
+  forRoom(plane ? 2 : 1, [&](Coord c) {
+    if (wanted[place(c)] && add(c) && plane) solved.push_back(c);
   });
   // What is kept is known all over: it comes through a brick beside the block.
   for (size_t i = 0; i < solved.size(); ++i)
     for (const Coord step : kAroundSteps)
-      if (const Coord c = solved[i] + step; add(c) && !onRim(c)) solved.push_back(c);
+      if (const Coord c = solved[i] + step; wanted[place(c)] && add(c) && !onRim(c)) solved.push_back(c);
 }
 
 // What is in the band of `old` stays, the rest has what its nearest place has.
