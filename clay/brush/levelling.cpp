@@ -20,8 +20,9 @@ namespace {
 constexpr float kMost = 1.5f;
 // Of the plane of the application before, what stays: a blade keeps its angle over bumps.
 constexpr double kKeep = 0.5;
-// Sums are of multiples of this: exact, so that their order does not matter.
-constexpr double kGrain = 1.0 / (1 << 22);
+// Sums are of multiples of 2⁻¹⁸, and so exact up to 2³⁵: their order does not matter. What is added to this number is
+// rounded to such a multiple.
+constexpr double kRounds = 1.5 * double(uint64_t{1} << (52 - 18));
 // From this radius on, voxels, the surface within a brick counts as one piece of the plane.
 constexpr double kLargeTip = 32;
 
@@ -43,14 +44,15 @@ class Levelling : public DistanceMethod {
   struct Fitted {
     Vec3d point, normal;
   };
-  // A piece of the surface under the tip, from the stamp's middle.
+  // A piece of the surface under the tip, its place from the stamp's middle.
   struct Sample {
     float weight;
-    Vec3f normal, place;
+    std::array<float, 8> part;  // 1, normal, place, 0
+    [[nodiscard]] Vec3f normal() const { return {part[1], part[2], part[3]}; }
   };
   static void sample(Sampler& before, const Stamp& stamp, Coord coord, std::vector<Sample>& samples);
-  [[nodiscard]] std::vector<Sample> sampleAll(const Sampler& before, const Stamp& stamp,
-                                              std::span<const Coord> bricks) const;
+  void sampleAll(const Sampler& before, const Stamp& stamp, std::span<const Coord> bricks,
+                 std::vector<Sample>& samples) const;
   [[nodiscard]] std::optional<Fitted> fit(const Stamp& stamp, std::span<const Sample> samples) const;
 
   Operation operation_;
@@ -60,28 +62,19 @@ class Levelling : public DistanceMethod {
   std::vector<std::optional<Fitted>> planes_;  // one for each image
 };
 
-int64_t grains(float value) {
-  return static_cast<int64_t>(static_cast<double>(value) / kGrain);
-}
-
 Vec3d middleOf(const Stamp& stamp) {
   return (stamp.a + stamp.b) / 2;
 }
 
 // Sums over pieces of the surface, and their mean: the same in any order.
 struct PartsSum {
-  int64_t weights = 0;
-  std::array<int64_t, 3> places{}, normals{};
-  void add(float weight, const Vec3f& normal, const Vec3f& place) {
-    weights += grains(weight);
-    for (size_t k = 0; k < 3; ++k) {
-      normals[k] += grains(weight * normal[static_cast<int>(k)]);
-      places[k] += grains(weight * place[static_cast<int>(k)]);
-    }
+  std::array<double, 8> sums{};
+  void add(float weight, const std::array<float, 8>& part) {
+    for (size_t k = 0; k < 8; ++k) sums[k] += (static_cast<double>(weight * part[k]) + kRounds) - kRounds;
   }
-  static Vec3d vec(const std::array<int64_t, 3>& sum) {
-    return {static_cast<double>(sum[0]), static_cast<double>(sum[1]), static_cast<double>(sum[2])};
-  }
+  [[nodiscard]] double weight() const { return sums[0]; }
+  [[nodiscard]] Vec3d normals() const { return {sums[1], sums[2], sums[3]}; }
+  [[nodiscard]] Vec3d places() const { return {sums[4], sums[5], sums[6]}; }
 };
 
 void Levelling::sample(Sampler& before, const Stamp& stamp, Coord coord, std::vector<Sample>& samples) {
@@ -99,33 +92,39 @@ void Levelling::sample(Sampler& before, const Stamp& stamp, Coord coord, std::ve
   imageWeights(std::span(&stamp, 1), Falloff::smooth, coord, weight);
   const Vec3f origin = BrickFrame(middleOf(stamp), coord).middle;
   surfaceParts(padded, weight, {origin.x(), origin.y(), origin.z()}, parts);
-  const auto of = [](const float(&axes)[3][kBrickVoxels], int i) { return Vec3f(axes[0][i], axes[1][i], axes[2][i]); };
+  const auto of = [&](int i) {
+    const auto &n = parts.normal, &p = parts.place;
+    return std::array{1.0f, n[0][i], n[1][i], n[2][i], p[0][i], p[1][i], p[2][i], 0.0f};
+  };
   if (stamp.largestRadius() < kLargeTip) {
     for (int i = 0; i < kBrickVoxels; ++i)
-      if (parts.weight[i] > 0) samples.push_back({parts.weight[i], of(parts.normal, i), of(parts.place, i)});
+      if (parts.weight[i] > 0) samples.push_back({parts.weight[i], of(i)});
     return;
   }
   PartsSum sum;
   for (int i = 0; i < kBrickVoxels; ++i)
-    if (parts.weight[i] > 0) sum.add(parts.weight[i], of(parts.normal, i), of(parts.place, i));
-  const auto whole = static_cast<double>(sum.weights);
-  if (sum.weights > 0)
-    samples.push_back({static_cast<float>(whole * kGrain), (PartsSum::vec(sum.normals) / whole).cast<float>(),
-                       (PartsSum::vec(sum.places) / whole).cast<float>()});
+    if (parts.weight[i] > 0) sum.add(parts.weight[i], of(i));
+  if (!(sum.weight() > 0)) return;
+  Sample& whole = samples.emplace_back();
+  whole.weight = static_cast<float>(sum.weight());
+  for (size_t k = 0; k < 8; ++k) whole.part[k] = static_cast<float>(sum.sums[k] / sum.weight());
 }
 
-std::vector<Levelling::Sample> Levelling::sampleAll(const Sampler& before, const Stamp& stamp,
-                                                    std::span<const Coord> bricks) const {
+void Levelling::sampleAll(const Sampler& before, const Stamp& stamp, std::span<const Coord> bricks,
+                          std::vector<Sample>& samples) const {
+  if (bricks.size() < kBricksAStep || threads_ == 1) {
+    Sampler mine = before;
+    for (const Coord coord : bricks) sample(mine, stamp, coord, samples);
+    return;
+  }
   constexpr size_t kRange = 32;
   std::vector<std::vector<Sample>> ranges((bricks.size() + kRange - 1) / kRange);
-  forEachBrickOf(ranges.size(), bricks.size() >= kBricksAStep ? threads_ : 1, [&](size_t i) {
+  forEachBrickOf(ranges.size(), threads_, [&](size_t i) {
     Sampler mine = before;
     for (const Coord coord : bricks.subspan(i * kRange, std::min(kRange, bricks.size() - i * kRange)))
       sample(mine, stamp, coord, ranges[i]);
   });
-  std::vector<Sample> all;
-  for (const auto& each : ranges) all.insert(all.end(), each.begin(), each.end());
-  return all;
+  for (const auto& each : ranges) samples.insert(samples.end(), each.begin(), each.end());
 }
 
 // Mean place and normal of the surface under the tip; nothing where there is none.
@@ -140,22 +139,21 @@ std::optional<Levelling::Fitted> Levelling::fit(const Stamp& stamp, std::span<co
     for (const Sample& each : samples) {
       float w = each.weight;
       if (round > 0) {
-        const float facing = std::max(
-                        (each.normal.x() * mean.x() + each.normal.y() * mean.y()) + each.normal.z() * mean.z(), 0.0f),
+        const Vec3f normal = each.normal();
+        const float facing = std::max((normal.x() * mean.x() + normal.y() * mean.y()) + normal.z() * mean.z(), 0.0f),
                     square = facing * facing;
         w *= square * square;
       }
-      sum.add(w, each.normal, each.place);
+      sum.add(w, each.part);
     }
     // Faces that look against each other have no plane between them.
-    const double length = norm(PartsSum::vec(sum.normals));
-    if (!(length > 0.2 * static_cast<double>(sum.weights)) || sum.weights == 0) return std::nullopt;
-    mean = (PartsSum::vec(sum.normals) / length).cast<float>();
+    const double length = norm(sum.normals());
+    if (!(length > 0.2 * sum.weight()) || sum.weight() == 0) return std::nullopt;
+    mean = (sum.normals() / length).cast<float>();
   }
-  const Vec3d normal = PartsSum::vec(sum.normals);
+  const Vec3d normal = sum.normals();
   // Places are multiples of a fixed step, so that mirrored ones are the mirror images.
-  const Vec3d offset =
-      (PartsSum::vec(sum.places) / static_cast<double>(sum.weights) * 65536).array().round().matrix() / 65536;
+  const Vec3d offset = (sum.places() / sum.weight() * 65536).array().round().matrix() / 65536;
   return Fitted{middleOf(stamp) + offset, normal / norm(normal)};
 }
 
@@ -165,9 +163,7 @@ Steps Levelling::begin(Sampler& before, std::span<const Stamp> images, std::span
     const std::optional<Fitted> was = planes_[i];
     std::vector<Sample> samples;
     for (size_t from = 0; from < bricks.size(); from += kBricksAStep) {
-      const std::vector<Sample> some =
-          sampleAll(before, images[i], bricks.subspan(from, std::min(kBricksAStep, bricks.size() - from)));
-      samples.insert(samples.end(), some.begin(), some.end());
+      sampleAll(before, images[i], bricks.subspan(from, std::min(kBricksAStep, bricks.size() - from)), samples);
       co_yield Steps::kPause;
     }
     std::optional<Fitted>& plane = planes_[i] = fit(images[i], samples);
@@ -199,7 +195,7 @@ bool Levelling::brick(Sampler& before, std::span<const Stamp> images, Coord coor
   constexpr int kX = 16 * kBroadRow, kY = kBroadRow;
   BrickValues scratch;
   const BrickValues& now = before.slot(coord).values(scratch, band_);
-  float broad[kBroadSize], cut[kBrickVoxels] = {}, heap[kBrickVoxels] = {};
+  float broad[kBroadSize], cut[kBrickVoxels], heap[kBrickVoxels];
   bool gathered = false;
   FieldSample samples[kBrickVoxels];
   FieldValue values[kBrickVoxels];
@@ -215,20 +211,27 @@ bool Levelling::brick(Sampler& before, std::span<const Stamp> images, Coord coor
     imageWeights(images.subspan(image, 1), operation_.shape, coord, perStamp_, weight);
     // Whichever way the surface faces, these stay where they are.
     size_t candidates = 0;
-    for (int i = 0; i < kBrickVoxels; ++i) {
-      const int x = i >> 6, y = (i >> 3) & 7, z = i & 7;
-      if (!(weight[i] > 0) || !(std::abs(now[i]) < band_)) continue;
-      const float goal = ((n.x() * (static_cast<float>(x) - 3.5f) + n.y() * (static_cast<float>(y) - 3.5f)) +
-                          n.z() * (static_cast<float>(z) - 3.5f)) -
-                         offset;
-      if (!(down && std::min(now[i], 0.0f) < goal) && !(up && std::max(now[i], 0.0f) > goal)) continue;
-      goals[candidates] = goal;
-      voxels[candidates++] = i;
+    std::array<float, kBrickEdge> alongZ;
+    for (size_t z = 0; z < kBrickEdge; ++z) alongZ[z] = n.z() * (static_cast<float>(z) - 3.5f);
+    for (int row = 0; row < kBrickVoxels; row += kBrickEdge) {
+      if (!(Eigen::Map<const Eigen::Array<float, kBrickEdge, 1>>(weight + row) > 0).any()) continue;
+      const int x = row >> 6, y = (row >> 3) & 7;
+      const float across = n.x() * (static_cast<float>(x) - 3.5f) + n.y() * (static_cast<float>(y) - 3.5f);
+      for (int z = 0; z < kBrickEdge; ++z) {
+        const int i = row + z;
+        if (!(weight[i] > 0) || !(std::abs(now[i]) < band_)) continue;
+        const float goal = (across + alongZ[static_cast<size_t>(z)]) - offset;
+        if (!(down && std::min(now[i], 0.0f) < goal) && !(up && std::max(now[i], 0.0f) > goal)) continue;
+        goals[candidates] = goal;
+        voxels[candidates++] = i;
+      }
     }
     if (candidates == 0) continue;
     if (!std::exchange(gathered, true)) {
-      std::fill(std::begin(broad), std::end(broad), 0.0f);
+      std::fill(broad + 16 * kX, std::end(broad), 0.0f);
       gatherBroad(before, coord, 4, broad);
+      std::fill(std::begin(cut), std::end(cut), 0.0f);
+      std::fill(std::begin(heap), std::end(heap), 0.0f);
     }
     size_t count = 0;
     for (size_t k = 0; k < candidates; ++k) {
@@ -261,8 +264,11 @@ bool Levelling::brick(Sampler& before, std::span<const Stamp> images, Coord coor
     }
   }
   if (!gathered) return false;
-  for (int i = 0; i < kBrickVoxels; ++i)
-    phi[i] = broad[broadOffset((i >> 6) + 4, ((i >> 3) & 7) + 4, (i & 7) + 4)] + (cut[i] + heap[i]);
+  using Row = Eigen::Array<float, kBrickEdge, 1>;
+  using Values = Eigen::Map<const Row>;
+  for (int row = 0; row < kBrickVoxels; row += kBrickEdge)
+    Eigen::Map<Row>(phi + row) =
+        Values(broad + broadOffset((row >> 6) + 4, ((row >> 3) & 7) + 4, 4)) + (Values(cut + row) + Values(heap + row));
   return true;
 }
 
