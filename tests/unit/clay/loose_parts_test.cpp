@@ -15,7 +15,7 @@
 #include "clay/whole/boolean.h"
 #include "clay/whole/mirror.h"
 #include "tests/unit/clay/clay_checks.h"
-#include "tests/unit/clay/whole_checks.h"
+#include "tests/unit/clay/whole/whole_checks.h"
 
 namespace argil::clay {
 namespace {

@@ -21,7 +21,7 @@
 #include "clay/whole/offset.h"
 #include "clay/whole/resample.h"
 #include "tests/unit/clay/clay_checks.h"
-#include "tests/unit/clay/whole_checks.h"
+#include "tests/unit/clay/whole/whole_checks.h"
 
 namespace argil::clay {
 namespace {

@@ -9,7 +9,7 @@
 #include "clay/field/primitives.h"
 #include "clay/store/store.h"
 #include "tests/unit/clay/clay_checks.h"
-#include "tests/unit/clay/whole_checks.h"
+#include "tests/unit/clay/whole/whole_checks.h"
 
 namespace argil::clay {
 namespace {

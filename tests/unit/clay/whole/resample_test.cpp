@@ -12,7 +12,7 @@
 #include "clay/store/sampler.h"
 #include "clay/store/store.h"
 #include "tests/unit/clay/clay_checks.h"
-#include "tests/unit/clay/whole_checks.h"
+#include "tests/unit/clay/whole/whole_checks.h"
 
 namespace argil::clay {
 namespace {

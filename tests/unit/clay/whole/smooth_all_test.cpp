@@ -14,7 +14,7 @@
 #include "clay/store/store.h"
 #include "clay/whole/boolean.h"
 #include "tests/unit/clay/clay_checks.h"
-#include "tests/unit/clay/whole_checks.h"
+#include "tests/unit/clay/whole/whole_checks.h"
 
 namespace argil::clay {
 namespace {

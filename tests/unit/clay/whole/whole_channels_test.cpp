@@ -17,7 +17,7 @@
 #include "clay/whole/resample.h"
 #include "clay/whole/smooth_all.h"
 #include "tests/unit/clay/clay_checks.h"
-#include "tests/unit/clay/whole_checks.h"
+#include "tests/unit/clay/whole/whole_checks.h"
 
 namespace argil::clay {
 namespace {

@@ -11,7 +11,7 @@
 #include "clay/surface/surface.h"
 #include "clay/whole/resample.h"
 #include "tests/unit/clay/clay_checks.h"
-#include "tests/unit/clay/whole_checks.h"
+#include "tests/unit/clay/whole/whole_checks.h"
 
 namespace argil::clay {
 namespace {
