@@ -258,13 +258,13 @@ struct Rate {
   double in = 0, out = 0, more = 0;
 };
 constexpr std::array kRates{
-    Rate{"join", combined<clay::Combination::join>, 60, 0, 60},
+    Rate{"join", combined<clay::Combination::join>, 46, 0, 46},
     Rate{"cut", combined<clay::Combination::cut>, 20, 0, 120},
     Rate{"intersect", combined<clay::Combination::intersect>, 20, 0, 120},
     Rate{"split", same, 1.5, 0, 0},
-    Rate{"offset", offset, 27, 0, 3},
-    Rate{"shell", shell, 50, 0, 4},
-    Rate{"smooth-all", smooth, 5, 0, 15.4},
+    Rate{"offset", offset, 20, 0, 2.3},
+    Rate{"shell", shell, 43, 0, 3.4},
+    Rate{"smooth-all", smooth, 8, 0, 15.4},
     Rate{"scale", same, 1, 0, 0},
     Rate{"resample", resample, 0, 95, 0},
     Rate{"precision", same, 0.8, 0, 0},
