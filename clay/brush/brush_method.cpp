@@ -62,14 +62,16 @@ SweptBall sweptBall(const Stamp& s, Coord brick) {
   return ball;
 }
 
-void imageWeights(std::span<const Stamp> images, Falloff shape, Coord coord, float (&weight)[kBrickVoxels]) {
+void imageWeights(std::span<const Stamp> images, Falloff shape, Coord coord, float (&weight)[kBrickVoxels],
+                  uint64_t rows) {
   std::fill(std::begin(weight), std::end(weight), 0.0f);
-  for (const Stamp& each : images) ballWeights(sweptBall(each, coord), static_cast<int>(shape), each.strength, weight);
+  for (const Stamp& each : images)
+    ballWeights(sweptBall(each, coord), static_cast<int>(shape), each.strength, weight, rows);
 }
 
 void imageWeights(std::span<const Stamp> images, Falloff shape, Coord coord, float perStamp,
-                  float (&weight)[kBrickVoxels]) {
-  imageWeights(images, shape, coord, weight);
+                  float (&weight)[kBrickVoxels], uint64_t rows) {
+  imageWeights(images, shape, coord, weight, rows);
   if (perStamp == 1) return;
   for (float& w : weight) w = perStamp * w / (1 + (perStamp - 1) * w);
 }

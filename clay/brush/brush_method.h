@@ -222,11 +222,12 @@ void forCubes(const Stamp& s, double margin, const Enter& enter) {
 
 /// Weight of the images at the voxels of a brick: the largest over all images of falloff(distance to the segment /
 /// radius) · strength. Centre-relative arithmetic, so that mirrored bricks have mirrored bits.
-void imageWeights(std::span<const Stamp> images, Falloff shape, Coord coord, float (&weight)[kBrickVoxels]);
+void imageWeights(std::span<const Stamp> images, Falloff shape, Coord coord, float (&weight)[kBrickVoxels],
+                  uint64_t rows = ~uint64_t{});
 /// The same where what is left goes towards something: `perStamp` stamps (Brush::perStamp) do at once what one of these
 /// weights does so often, w → n·w / (1 + (n − 1)·w), so that 0 and 1 stay.
 void imageWeights(std::span<const Stamp> images, Falloff shape, Coord coord, float perStamp,
-                  float (&weight)[kBrickVoxels]);
+                  float (&weight)[kBrickVoxels], uint64_t rows = ~uint64_t{});
 
 /// The same as Brush::adds says.
 void brushWeights(const Brush& brush, Falloff shape, std::span<const Stamp> images, Coord coord,

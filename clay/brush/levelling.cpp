@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "clay/brush/brush_method.h"
+#include "clay/kernels/shaping_kernels.h"
 #include "clay/kernels/warp_kernels.h"
 #include "clay/store/brick_margins.h"
 
@@ -18,11 +20,10 @@ namespace {
 // Voxels that phi moves at most in one application: less than the band, so that what is known goes along with the
 // surface.
 constexpr float kMost = 1.5f;
+// Voxels around a brick that what comes from so far is read from, by a cubic.
+constexpr int kMargin = 3;
 // Of the plane of the application before, what stays: a blade keeps its angle over bumps.
 constexpr double kKeep = 0.5;
-// Sums are of multiples of 2⁻¹⁸, and so exact up to 2³⁵: their order does not matter. What is added to this number is
-// rounded to such a multiple.
-constexpr double kRounds = 1.5 * double(uint64_t{1} << (52 - 18));
 // From this radius on, voxels, the surface within a brick counts as one piece of the plane.
 constexpr double kLargeTip = 32;
 
@@ -44,16 +45,10 @@ class Levelling : public DistanceMethod {
   struct Fitted {
     Vec3d point, normal;
   };
-  // A piece of the surface under the tip, its place from the stamp's middle.
-  struct Sample {
-    float weight;
-    std::array<float, 8> part;  // 1, normal, place, 0
-    [[nodiscard]] Vec3f normal() const { return {part[1], part[2], part[3]}; }
-  };
-  static void sample(Sampler& before, const Stamp& stamp, Coord coord, std::vector<Sample>& samples);
+  static void sample(Sampler& before, const Stamp& stamp, Coord coord, std::vector<SurfacePart>& samples);
   void sampleAll(const Sampler& before, const Stamp& stamp, std::span<const Coord> bricks,
-                 std::vector<Sample>& samples) const;
-  [[nodiscard]] std::optional<Fitted> fit(const Stamp& stamp, std::span<const Sample> samples) const;
+                 std::vector<SurfacePart>& samples) const;
+  [[nodiscard]] std::optional<Fitted> fit(const Stamp& stamp, std::span<const SurfacePart> samples) const;
 
   Operation operation_;
   float band_;
@@ -66,59 +61,47 @@ Vec3d middleOf(const Stamp& stamp) {
   return (stamp.a + stamp.b) / 2;
 }
 
-// Sums over pieces of the surface, and their mean: the same in any order.
-struct PartsSum {
-  std::array<double, 8> sums{};
-  void add(float weight, const std::array<float, 8>& part) {
-    for (size_t k = 0; k < 8; ++k) sums[k] += (static_cast<double>(weight * part[k]) + kRounds) - kRounds;
-  }
-  [[nodiscard]] double weight() const { return sums[0]; }
-  [[nodiscard]] Vec3d normals() const { return {sums[1], sums[2], sums[3]}; }
-  [[nodiscard]] Vec3d places() const { return {sums[4], sums[5], sums[6]}; }
-};
-
-void Levelling::sample(Sampler& before, const Stamp& stamp, Coord coord, std::vector<Sample>& samples) {
+void Levelling::sample(Sampler& before, const Stamp& stamp, Coord coord, std::vector<SurfacePart>& samples) {
   const Slot slot = before.slot(coord);
   if (slot.isTile() || segmentDistance(stamp, clay::middleOf(coord, 1)) > stamp.largestRadius() + 6.1) return;
   BrickValues scratch;
   const BrickValues& now = slot.values(scratch, before.band());
   // Two voxels from the surface and farther nothing has a weight.
-  float nearest = HUGE_VALF;
-  for (const float phi : now) nearest = std::min(nearest, std::abs(phi));
-  if (nearest >= 2) return;
+  const uint64_t rows = rowsWithin(now, 2);
+  if (rows == 0) return;
   SurfaceParts parts;
   float padded[kPaddedSize] = {}, weight[kBrickVoxels];
   gatherPadded(before, coord, padded);
-  imageWeights(std::span(&stamp, 1), Falloff::smooth, coord, weight);
+  imageWeights(std::span(&stamp, 1), Falloff::smooth, coord, weight, rows);
   const Vec3f origin = BrickFrame(middleOf(stamp), coord).middle;
   surfaceParts(padded, weight, {origin.x(), origin.y(), origin.z()}, parts);
-  const auto of = [&](int i) {
-    const auto &n = parts.normal, &p = parts.place;
-    return std::array{1.0f, n[0][i], n[1][i], n[2][i], p[0][i], p[1][i], p[2][i], 0.0f};
-  };
-  if (stamp.largestRadius() < kLargeTip) {
-    for (int i = 0; i < kBrickVoxels; ++i)
-      if (parts.weight[i] > 0) samples.push_back({parts.weight[i], of(i)});
-    return;
-  }
-  PartsSum sum;
+  const size_t first = samples.size();
+  const auto &n = parts.normal, &p = parts.place;
   for (int i = 0; i < kBrickVoxels; ++i)
-    if (parts.weight[i] > 0) sum.add(parts.weight[i], of(i));
-  if (!(sum.weight() > 0)) return;
-  Sample& whole = samples.emplace_back();
-  whole.weight = static_cast<float>(sum.weight());
-  for (size_t k = 0; k < 8; ++k) whole.part[k] = static_cast<float>(sum.sums[k] / sum.weight());
+    if (parts.weight[i] > 0)
+      samples.push_back({1, {n[0][i], n[1][i], n[2][i]}, {p[0][i], p[1][i], p[2][i]}, parts.weight[i]});
+  if (stamp.largestRadius() < kLargeTip || samples.size() == first) return;
+  double sums[8] = {};
+  sumParts(std::span(samples).subspan(first), nullptr, sums);
+  samples.resize(first);
+  if (!(sums[0] > 0)) return;
+  SurfacePart& whole = samples.emplace_back();
+  whole.weight = static_cast<float>(sums[0]);
+  for (size_t k = 0; k < 3; ++k) {
+    whole.normal[k] = static_cast<float>(sums[1 + k] / sums[0]);
+    whole.place[k] = static_cast<float>(sums[4 + k] / sums[0]);
+  }
 }
 
 void Levelling::sampleAll(const Sampler& before, const Stamp& stamp, std::span<const Coord> bricks,
-                          std::vector<Sample>& samples) const {
+                          std::vector<SurfacePart>& samples) const {
   if (bricks.size() < kBricksAStep || threads_ == 1) {
     Sampler mine = before;
     for (const Coord coord : bricks) sample(mine, stamp, coord, samples);
     return;
   }
   constexpr size_t kRange = 32;
-  std::vector<std::vector<Sample>> ranges((bricks.size() + kRange - 1) / kRange);
+  std::vector<std::vector<SurfacePart>> ranges((bricks.size() + kRange - 1) / kRange);
   forEachBrickOf(ranges.size(), threads_, [&](size_t i) {
     Sampler mine = before;
     for (const Coord coord : bricks.subspan(i * kRange, std::min(kRange, bricks.size() - i * kRange)))
@@ -128,40 +111,32 @@ void Levelling::sampleAll(const Sampler& before, const Stamp& stamp, std::span<c
 }
 
 // Mean place and normal of the surface under the tip; nothing where there is none.
-std::optional<Levelling::Fitted> Levelling::fit(const Stamp& stamp, std::span<const Sample> samples) const {
+std::optional<Levelling::Fitted> Levelling::fit(const Stamp& stamp, std::span<const SurfacePart> samples) const {
   const auto norm = [](const Vec3d& v) { return std::sqrt((v.x() * v.x() + v.y() * v.y()) + v.z() * v.z()); };
   // From the second time on the surface counts as far as it faces the way that it did on average the time before: a
   // wall at its edge does not tilt the plane.
-  PartsSum sum;
-  Vec3f mean = Vec3f::Zero();
+  double sums[8] = {};
+  Vec3d normals = Vec3d::Zero();
+  float mean[3] = {};
   for (int round = 0; round < rounds_; ++round) {
-    sum = {};
-    for (const Sample& each : samples) {
-      float w = each.weight;
-      if (round > 0) {
-        const Vec3f normal = each.normal();
-        const float facing = std::max((normal.x() * mean.x() + normal.y() * mean.y()) + normal.z() * mean.z(), 0.0f),
-                    square = facing * facing;
-        w *= square * square;
-      }
-      sum.add(w, each.part);
-    }
+    std::fill(std::begin(sums), std::end(sums), 0.0);
+    sumParts(samples, round > 0 ? mean : nullptr, sums);
+    normals = {sums[1], sums[2], sums[3]};
     // Faces that look against each other have no plane between them.
-    const double length = norm(sum.normals());
-    if (!(length > 0.2 * sum.weight()) || sum.weight() == 0) return std::nullopt;
-    mean = (sum.normals() / length).cast<float>();
+    const double length = norm(normals);
+    if (!(length > 0.2 * sums[0]) || sums[0] == 0) return std::nullopt;
+    for (int k = 0; k < 3; ++k) mean[k] = static_cast<float>(normals[k] / length);
   }
-  const Vec3d normal = sum.normals();
   // Places are multiples of a fixed step, so that mirrored ones are the mirror images.
-  const Vec3d offset = (sum.places() / sum.weight() * 65536).array().round().matrix() / 65536;
-  return Fitted{middleOf(stamp) + offset, normal / norm(normal)};
+  const Vec3d offset = (Vec3d(sums[4], sums[5], sums[6]) / sums[0] * 65536).array().round().matrix() / 65536;
+  return Fitted{middleOf(stamp) + offset, normals / norm(normals)};
 }
 
 Steps Levelling::begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) {
   planes_.resize(images.size());
   for (size_t i = 0; i < images.size(); ++i) {
     const std::optional<Fitted> was = planes_[i];
-    std::vector<Sample> samples;
+    std::vector<SurfacePart> samples;
     for (size_t from = 0; from < bricks.size(); from += kBricksAStep) {
       sampleAll(before, images[i], bricks.subspan(from, std::min(kBricksAStep, bricks.size() - from)), samples);
       co_yield Steps::kPause;
@@ -174,6 +149,25 @@ Steps Levelling::begin(Sampler& before, std::span<const Stamp> images, std::span
     const Vec3d mixed = was->normal * kKeep + plane->normal * (1 - kKeep);
     plane->normal = mixed / std::sqrt((mixed.x() * mixed.x() + mixed.y() * mixed.y()) + mixed.z() * mixed.z());
   }
+}
+
+// Whether any weighed voxel of the band may go the plane's way, whichever way the surface faces: tells before what lies
+// around the brick is gathered.
+bool mayMove(const LevelPlane& plane, const BrickValues& now, float band, const float (&weight)[kBrickVoxels]) {
+  float alongZ[kBrickEdge];
+  for (int z = 0; z < kBrickEdge; ++z) alongZ[z] = plane.nz * (static_cast<float>(z) - 3.5f);
+  for (int row = 0; row < kBrickVoxels; row += kBrickEdge) {
+    const int x = row >> 6, y = (row >> 3) & 7;
+    const float across = plane.nx * (static_cast<float>(x) - 3.5f) + plane.ny * (static_cast<float>(y) - 3.5f);
+    int any = 0;
+    for (int z = 0; z < kBrickEdge; ++z) {
+      const float phi = now[row + z], height = (across + alongZ[z]) - plane.offset;
+      const int goes = (plane.down & (std::min(phi, 0.0f) < height)) | (plane.up & (std::max(phi, 0.0f) > height));
+      any |= goes & (weight[row + z] > 0) & (std::abs(phi) < band);
+    }
+    if (any) return true;
+  }
+  return false;
 }
 
 // Clay moves along the plane's normal, so what comes to a voxel is read where it came from: a wall across the plane
@@ -195,72 +189,55 @@ bool Levelling::brick(Sampler& before, std::span<const Stamp> images, Coord coor
   constexpr int kX = 16 * kBroadRow, kY = kBroadRow;
   BrickValues scratch;
   const BrickValues& now = before.slot(coord).values(scratch, band_);
+  const uint64_t rows = rowsWithin(now, band_);
+  if (rows == 0) return false;
   float broad[kBroadSize], cut[kBrickVoxels], heap[kBrickVoxels];
   bool gathered = false;
   FieldSample samples[kBrickVoxels];
-  FieldValue values[kBrickVoxels];
+  float values[kBrickVoxels], heights[kBrickVoxels], rises[kBrickVoxels];
   int voxels[kBrickVoxels];
-  float goals[kBrickVoxels], rises[kBrickVoxels];
   for (size_t image = 0; image < images.size(); ++image) {
     if (!planes_[image]) continue;
     const Vec3d from = planes_[image]->point - middle;
     const Vec3d& normal = planes_[image]->normal;
-    const Vec3f n = normal.cast<float>();
-    const auto offset = static_cast<float>((normal.x() * from.x() + normal.y() * from.y()) + normal.z() * from.z());
+    const LevelPlane plane{
+        .nx = static_cast<float>(normal.x()),
+        .ny = static_cast<float>(normal.y()),
+        .nz = static_cast<float>(normal.z()),
+        .offset = static_cast<float>((normal.x() * from.x() + normal.y() * from.y()) + normal.z() * from.z()),
+        .down = down,
+        .up = up,
+        .share = std::abs(operation_.amount),
+        .most = kMost};
     float weight[kBrickVoxels];
-    imageWeights(images.subspan(image, 1), operation_.shape, coord, perStamp_, weight);
-    // Whichever way the surface faces, these stay where they are.
-    size_t candidates = 0;
-    std::array<float, kBrickEdge> alongZ;
-    for (size_t z = 0; z < kBrickEdge; ++z) alongZ[z] = n.z() * (static_cast<float>(z) - 3.5f);
-    for (int row = 0; row < kBrickVoxels; row += kBrickEdge) {
-      if (!(Eigen::Map<const Eigen::Array<float, kBrickEdge, 1>>(weight + row) > 0).any()) continue;
-      const int x = row >> 6, y = (row >> 3) & 7;
-      const float across = n.x() * (static_cast<float>(x) - 3.5f) + n.y() * (static_cast<float>(y) - 3.5f);
-      for (int z = 0; z < kBrickEdge; ++z) {
-        const int i = row + z;
-        if (!(weight[i] > 0) || !(std::abs(now[i]) < band_)) continue;
-        const float goal = (across + alongZ[static_cast<size_t>(z)]) - offset;
-        if (!(down && std::min(now[i], 0.0f) < goal) && !(up && std::max(now[i], 0.0f) > goal)) continue;
-        goals[candidates] = goal;
-        voxels[candidates++] = i;
-      }
-    }
-    if (candidates == 0) continue;
+    imageWeights(images.subspan(image, 1), operation_.shape, coord, perStamp_, weight, rows);
+    if (!gathered && !mayMove(plane, now, band_, weight)) continue;
     if (!std::exchange(gathered, true)) {
       std::fill(broad + 16 * kX, std::end(broad), 0.0f);
-      gatherBroad(before, coord, 4, broad);
+      gatherBroad(before, coord, kMargin, broad);
       std::fill(std::begin(cut), std::end(cut), 0.0f);
       std::fill(std::begin(heap), std::end(heap), 0.0f);
     }
+    uint64_t moving[kBrickEdge];
+    levelRises(broad, band_, weight, plane, heights, rises, moving);
     size_t count = 0;
-    for (size_t k = 0; k < candidates; ++k) {
-      const int i = voxels[k], x = i >> 6, y = (i >> 3) & 7, z = i & 7;
-      const float* at = broad + broadOffset(x + 4, y + 4, z + 4);
-      const float goal = goals[k];
-      const Vec3f g(at[kX] - at[-kX], at[kY] - at[-kY], at[1] - at[-1]);
-      const float length2 = (g.x() * g.x() + g.y() * g.y()) + g.z() * g.z(),
-                  along = (g.x() * n.x() + g.y() * n.y()) + g.z() * n.z();
-      // From the plane to the surface along its normal: of what faces away there is nothing to move.
-      const float facing = std::min(std::max(along / std::sqrt(std::max(length2, 0.04f)), 0.0f), 1.0f);
-      const float way = std::min(std::max(*at * facing - goal, -kMost), kMost),
-                  rise = way * (weight[i] * std::abs(operation_.amount));
-      if (rise == 0 || !(rise > 0 ? up : down)) continue;
-      const AxisPlace px = placeOf(x, -rise * n.x()), py = placeOf(y, -rise * n.y()), pz = placeOf(z, -rise * n.z());
-      samples[count] = {broad + broadOffset(px.base + 3, py.base + 3, pz.base + 3), px.t, py.t, pz.t};
-      goals[count] = goal;
-      rises[count] = rise;
-      voxels[count++] = i;
-    }
-    sampleField(std::span(samples, count), kX, kY, values);
+    for (int x = 0; x < kBrickEdge; ++x)
+      for (uint64_t left = moving[x]; left != 0; left &= left - 1) {
+        const int i = x << 6 | std::countr_zero(left), y = (i >> 3) & 7, z = i & 7;
+        const AxisPlace px = placeOf(x, -rises[i] * plane.nx), py = placeOf(y, -rises[i] * plane.ny),
+                        pz = placeOf(z, -rises[i] * plane.nz);
+        samples[count] = {broad + broadOffset(px.base + 3, py.base + 3, pz.base + 3), px.t, py.t, pz.t};
+        voxels[count++] = i;
+      }
+    sampleValues(std::span(samples, count), kX, kY, values);
     for (size_t k = 0; k < count; ++k) {
       const int i = voxels[k];
       const float old = broad[broadOffset((i >> 6) + 4, ((i >> 3) & 7) + 4, (i & 7) + 4)];
       // Filling only adds, scraping only takes away, neither beyond the plane.
-      if (rises[k] > 0)
-        heap[i] = std::min(heap[i], std::max(values[k].value, std::min(goals[k], old)) - old);
+      if (rises[i] > 0)
+        heap[i] = std::min(heap[i], std::max(values[k], std::min(heights[i], old)) - old);
       else
-        cut[i] = std::max(cut[i], std::min(values[k].value, std::max(goals[k], old)) - old);
+        cut[i] = std::max(cut[i], std::min(values[k], std::max(heights[i], old)) - old);
     }
   }
   if (!gathered) return false;

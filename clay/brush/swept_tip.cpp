@@ -39,7 +39,7 @@ void shapeDistances(const Brush& brush, const Stamp& s, Coord coord, float (&dis
              strideY = static_cast<ptrdiff_t>(level.size[2]);
   std::fill(std::begin(distance), std::end(distance), INFINITY);
   FieldSample samples[kBrickVoxels];
-  FieldValue values[kBrickVoxels];
+  float values[kBrickVoxels];
   int voxels[kBrickVoxels];
   // A brick far from the surface for all of the way is told by its middle.
   {
@@ -94,8 +94,8 @@ void shapeDistances(const Brush& brush, const Stamp& s, Coord coord, float (&dis
       samples[count] = {corner, part[0], part[1], part[2]};
       voxels[count++] = i;
     }
-    sampleField(std::span(samples, count), strideX, strideY, values);
-    for (size_t k = 0; k < count; ++k) distance[voxels[k]] = std::min(distance[voxels[k]], values[k].value * voxel);
+    sampleValues(std::span(samples, count), strideX, strideY, values);
+    for (size_t k = 0; k < count; ++k) distance[voxels[k]] = std::min(distance[voxels[k]], values[k] * voxel);
   }
 }
 

@@ -144,10 +144,11 @@ HWY_INLINE void forVoxels(const Value& value) {
               x * 64 + y * 8 + static_cast<int>(lane));
 }
 
-void Weights(const SweptBall& ball, int shape, float strength, float* weight) {
+void Weights(const SweptBall& ball, int shape, float strength, float* weight, uint64_t rows) {
   const RowTag d;
   const Row one = hn::Set(d, 1.0f), zero = hn::Zero(d);
   forVoxels([&](float x, float y, Row z, int at) {
+    if ((rows >> (at / kBrickEdge) & 1) == 0) return;
     const FromSegment from = fromSegment(ball, x, y, z);
     const Row t2 = hn::Div(from.squared, hn::Mul(from.radius, from.radius));
     Row w = one;
@@ -173,6 +174,16 @@ void Weights(const SweptBall& ball, int shape, float strength, float* weight) {
     w = hn::IfThenElse(hn::Lt(t2, one), hn::Mul(w, hn::Set(d, strength)), zero);
     hn::StoreU(hn::Max(w, hn::LoadU(d, weight + at)), d, weight + at);
   });
+}
+
+uint64_t RowsWithin(const float* phi, float within) {
+  const RowTag d;
+  uint64_t rows = 0;
+  for (int at = 0; at < kBrickVoxels; at += static_cast<int>(hn::Lanes(d))) {
+    const bool any = !hn::AllFalse(d, hn::Lt(hn::Abs(hn::LoadU(d, phi + at)), hn::Set(d, within)));
+    rows |= uint64_t{any} << (at / kBrickEdge);
+  }
+  return rows;
 }
 
 void Distances(const SweptBall& ball, float* distance) {
@@ -359,6 +370,7 @@ HWY_EXPORT(Smooth);
 HWY_EXPORT(Meet);
 HWY_EXPORT(Seal);
 HWY_EXPORT(Weights);
+HWY_EXPORT(RowsWithin);
 HWY_EXPORT(Distances);
 HWY_EXPORT(RenewNear);
 HWY_EXPORT(Start);
@@ -382,8 +394,11 @@ bool meetAtAnAngle(const float* phi, const float* solid, float sign, float band,
 BrickChange sealBrick(const float* source, float band, FloatBrick& out, float& most) noexcept {
   return HWY_DYNAMIC_DISPATCH(Seal)(source, band, out, most);
 }
-void ballWeights(const SweptBall& ball, int shape, float strength, float* weight) noexcept {
-  HWY_DYNAMIC_DISPATCH(Weights)(ball, shape, strength, weight);
+void ballWeights(const SweptBall& ball, int shape, float strength, float* weight, uint64_t rows) noexcept {
+  HWY_DYNAMIC_DISPATCH(Weights)(ball, shape, strength, weight, rows);
+}
+uint64_t rowsWithin(const float* phi, float within) noexcept {
+  return HWY_DYNAMIC_DISPATCH(RowsWithin)(phi, within);
 }
 void ballDistances(const SweptBall& ball, float* distance) noexcept {
   HWY_DYNAMIC_DISPATCH(Distances)(ball, distance);

@@ -54,8 +54,11 @@ bool meetAtAnAngle(const float* phi, const float* solid, float sign, float band,
 BrickChange sealBrick(const float* source, float band, FloatBrick& out, float& most) noexcept;
 
 /// The largest over the ball of falloff(distance to the segment / radius) · strength and what `weight` holds already.
-/// `shape`: as Falloff.
-void ballWeights(const SweptBall& ball, int shape, float strength, float* weight) noexcept;
+/// `shape`: as Falloff. Only for those rows of eight voxels along z whose bit (x·8 + y) is set in `rows`.
+void ballWeights(const SweptBall& ball, int shape, float strength, float* weight, uint64_t rows = ~uint64_t{}) noexcept;
+
+/// The rows, by such bits, in which a voxel of a brick is nearer to the surface than `within`.
+[[nodiscard]] uint64_t rowsWithin(const float* phi, float within) noexcept;
 
 /// Distances to the swept ball (negative inside).
 void ballDistances(const SweptBall& ball, float* distance) noexcept;

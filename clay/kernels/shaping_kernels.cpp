@@ -178,6 +178,68 @@ void Parts(const float* padded, const float* weight, const float (&origin)[3], S
   });
 }
 
+void SumParts(const SurfacePart* parts, size_t count, const float* facing, double* sums) {
+  const hn::CappedTag<double, 4> d;
+  const hn::Rebind<float, decltype(d)> df;
+  constexpr size_t kLanes = hn::MaxLanes(d), kVectors = 8 / kLanes;
+  // What is added to this number is rounded to a multiple of 2⁻¹⁸.
+  const auto rounds = hn::Set(d, 1.5 * static_cast<double>(uint64_t{1} << (52 - 18)));
+  hn::Vec<decltype(d)> sum[kVectors];
+  for (size_t k = 0; k < kVectors; ++k) sum[k] = hn::LoadU(d, sums + k * kLanes);
+  for (size_t i = 0; i < count; ++i) {
+    const SurfacePart& part = parts[i];
+    float w = part.weight;
+    if (facing) {
+      const float* n = part.normal;
+      const float cosine = std::max((n[0] * facing[0] + n[1] * facing[1]) + n[2] * facing[2], 0.0f),
+                  square = cosine * cosine;
+      w *= square * square;
+    }
+    const auto weight = hn::Set(df, w);
+    for (size_t k = 0; k < kVectors; ++k) {
+      const auto term = hn::PromoteTo(d, hn::Mul(hn::LoadU(df, &part.one + k * kLanes), weight));
+      sum[k] = hn::Add(sum[k], hn::Sub(hn::Add(term, rounds), rounds));
+    }
+  }
+  for (size_t k = 0; k < kVectors; ++k) hn::StoreU(sum[k], d, sums + k * kLanes);
+}
+
+void LevelRises(const float* broad, float band, const float* weight, const LevelPlane& p, float* height, float* rise,
+                uint64_t* moves) {
+  const RowTag d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const Row zero = hn::Zero(d), one = hn::Set(d, 1.0f), most = hn::Set(d, p.most), nx = hn::Set(d, p.nx),
+            ny = hn::Set(d, p.ny), nz = hn::Set(d, p.nz);
+  // What may not happen would have to be more than everything.
+  const Row least = hn::Set(d, p.up ? 0.0f : p.most * 2), lowest = hn::Set(d, p.down ? 0.0f : p.most * 2);
+  std::fill(moves, moves + kBrickEdge, uint64_t{0});
+  for (int voxel = 0; voxel < kBrickVoxels; voxel += lanes) {
+    const Row w = hn::LoadU(d, weight + voxel);
+    const int x = voxel >> 6, y = (voxel >> 3) & 7, z = voxel & 7;
+    const float* at = broad + broadOffset(x + 4, y + 4, z + 4);
+    const Row phi = hn::LoadU(d, at);
+    auto may = hn::And(hn::Gt(w, zero), hn::Lt(hn::Abs(phi), hn::Set(d, band)));
+    if (hn::AllFalse(d, may)) continue;
+    const float across = p.nx * (static_cast<float>(x) - 3.5f) + p.ny * (static_cast<float>(y) - 3.5f);
+    const Row goal = hn::Sub(hn::Add(hn::Set(d, across), hn::Mul(nz, hn::Iota(d, static_cast<float>(z) - 3.5f))),
+                             hn::Set(d, p.offset));
+    const auto slope = [&](int step) HWY_ATTR { return hn::Sub(hn::LoadU(d, at + step), hn::LoadU(d, at - step)); };
+    const Row gx = slope(16 * kBroadRow), gy = slope(kBroadRow), gz = slope(1);
+    const Row length2 = hn::Add(hn::Add(hn::Mul(gx, gx), hn::Mul(gy, gy)), hn::Mul(gz, gz)),
+              along = hn::Add(hn::Add(hn::Mul(gx, nx), hn::Mul(gy, ny)), hn::Mul(gz, nz));
+    // From the plane to the surface along its normal: of what faces away there is nothing to move.
+    const Row facing = hn::Min(hn::Max(hn::Div(along, hn::Sqrt(hn::Max(length2, hn::Set(d, 0.04f)))), zero), one);
+    const Row way = hn::Min(hn::Max(hn::Sub(hn::Mul(phi, facing), goal), hn::Neg(most)), most);
+    const Row moved = hn::Mul(way, hn::Mul(w, hn::Set(d, p.share)));
+    may = hn::And(may, hn::Or(hn::Gt(moved, least), hn::Lt(moved, hn::Neg(lowest))));
+    hn::StoreU(goal, d, height + voxel);
+    hn::StoreU(moved, d, rise + voxel);
+    uint8_t bits[8] = {};
+    hn::StoreMaskBits(d, may, bits);
+    moves[x] |= uint64_t{bits[0]} << (y * 8 + z);
+  }
+}
+
 // Weight of a ball swept over a row of places, from its beginning.
 HWY_INLINE Row weightAt(const SweptBall& b, int shape, Row vx, Row vy, Row vz) {
   const RowTag d;
@@ -451,6 +513,8 @@ namespace argil::clay {
 HWY_EXPORT(Pass);
 HWY_EXPORT(Feet);
 HWY_EXPORT(Parts);
+HWY_EXPORT(LevelRises);
+HWY_EXPORT(SumParts);
 HWY_EXPORT(Weights);
 HWY_EXPORT(RaiseAtFeet);
 HWY_EXPORT(Heights);
@@ -470,6 +534,13 @@ void wideFeet(const float* wide, uint64_t rows, float* foot, float (&box)[2][3])
 }
 void surfaceParts(const float* padded, const float* weight, const float (&origin)[3], SurfaceParts& parts) noexcept {
   HWY_DYNAMIC_DISPATCH(Parts)(padded, weight, origin, parts);
+}
+void sumParts(std::span<const SurfacePart> parts, const float* facing, double (&sums)[8]) noexcept {
+  HWY_DYNAMIC_DISPATCH(SumParts)(parts.data(), parts.size(), facing, sums);
+}
+void levelRises(const float* broad, float band, const float* weight, const LevelPlane& plane, float* height,
+                float* rise, uint64_t (&moves)[kBrickEdge]) noexcept {
+  HWY_DYNAMIC_DISPATCH(LevelRises)(broad, band, weight, plane, height, rise, moves);
 }
 void footWeights(const SweptBall& ball, int shape, float strength, const float* foot, float* weight) noexcept {
   HWY_DYNAMIC_DISPATCH(Weights)(ball, shape, strength, foot, weight);

@@ -50,6 +50,15 @@ struct SurfaceParts {
 /// `padded`: the field with one voxel around the brick.
 void surfaceParts(const float* padded, const float* weight, const float (&origin)[3], SurfaceParts& parts) noexcept;
 
+/// One of them: 1, the normal, the place from the stamp's middle, and its weight.
+struct alignas(32) SurfacePart {
+  float one = 1, normal[3] = {}, place[3] = {}, weight = 0;
+};
+/// Adds weight · (1, normal, place, ·) to `sums`, each rounded to a multiple of 2⁻¹⁸, and so exact up to 2³⁴: the order
+/// does not matter. With `facing`, a direction, each weighs by the fourth power of the cosine between it and the normal
+/// as well; not at all where they look away from each other.
+void sumParts(std::span<const SurfacePart> parts, const float* facing, double (&sums)[8]) noexcept;
+
 /// A brick with four voxels of its neighbours around it: [x][y][z] at (x·16 + y)·16 + z, voxel (0,0,0) of the brick at
 /// index 4, 4, 4.
 inline constexpr int kBroadRow = 16;
@@ -67,6 +76,19 @@ struct WeighedBall {
 /// `gain` is); elsewhere φ. `broad` needs two voxels around the brick.
 void raiseAtFeet(const float* broad, float band, std::span<const WeighedBall> balls, int shape, float gain,
                  float* phi) noexcept;
+
+/// Towards a plane, from the middle of a brick: normal · p − offset above it.
+struct LevelPlane {
+  float nx, ny, nz, offset;
+  bool down, up;  ///< What stands above it may go down, what lies below may come up.
+  float share;    ///< Of the way to it, times a voxel's weight.
+  float most;     ///< Voxels that anything moves.
+};
+/// Each voxel's height above the plane, and how far its clay rises along the normal (below zero: sinks): a share of the
+/// way to the surface there as far as that faces the way of the plane. A bit of `moves` where that is not zero, of
+/// weighed voxels in the band. `broad` needs one voxel around the brick.
+void levelRises(const float* broad, float band, const float* weight, const LevelPlane& plane, float* height,
+                float* rise, uint64_t (&moves)[kBrickEdge]) noexcept;
 
 /// Where redistancing by widePass begins, from a brick and at least two voxels around it: the field around the brick as
 /// far as it is known (|φ| < `band`), inside it `near` (by paddedOffset) at frozen voxels, with the field's sign; what

@@ -252,6 +252,26 @@ void Sample(const FieldSample* samples, size_t count, ptrdiff_t strideX, ptrdiff
   }
 }
 
+void SampleValues(const FieldSample* samples, size_t count, ptrdiff_t strideX, ptrdiff_t strideY, float* out) {
+  const QuadTag d;
+  for (size_t i = 0; i < count; ++i) {
+    const FieldSample& s = samples[i];
+    float wx[4], wy[4], wz[4];
+    weightsOf(s.tx, wx);
+    weightsOf(s.ty, wy);
+    weightsOf(s.tz, wz);
+    Quad value[4];
+    for (int x = 0; x < 4; ++x) {
+      const float* at = s.corner + x * strideX;
+      value[x] = four(hn::LoadU(d, at), hn::LoadU(d, at + strideY), hn::LoadU(d, at + 2 * strideY),
+                      hn::LoadU(d, at + 3 * strideY), wy);
+    }
+    alignas(16) float v[4];
+    hn::Store(four(value[0], value[1], value[2], value[3], wx), d, v);
+    out[i] = (v[0] * wz[0] + v[3] * wz[3]) + (v[1] * wz[1] + v[2] * wz[2]);
+  }
+}
+
 void MovedBox(const MovedVoxels& moved, float (&low)[3], float (&high)[3]) {
   const RowTag d;
   const float* const along[3] = {moved.x, moved.y, moved.z};
@@ -360,6 +380,7 @@ HWY_EXPORT(Trace);
 HWY_EXPORT(Compose);
 HWY_EXPORT(Refine);
 HWY_EXPORT(Sample);
+HWY_EXPORT(SampleValues);
 HWY_EXPORT(MovedBox);
 HWY_EXPORT(Split);
 HWY_EXPORT(Nearest);
@@ -381,6 +402,9 @@ void refineDisplacements(const Displacement* window, int n, const int (&first)[3
 }
 void sampleField(std::span<const FieldSample> samples, ptrdiff_t strideX, ptrdiff_t strideY, FieldValue* out) noexcept {
   HWY_DYNAMIC_DISPATCH(Sample)(samples.data(), samples.size(), strideX, strideY, out);
+}
+void sampleValues(std::span<const FieldSample> samples, ptrdiff_t strideX, ptrdiff_t strideY, float* out) noexcept {
+  HWY_DYNAMIC_DISPATCH(SampleValues)(samples.data(), samples.size(), strideX, strideY, out);
 }
 
 void splitDisplacements(const Displacement* from, MovedVoxels& out) noexcept {

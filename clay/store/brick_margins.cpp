@@ -70,6 +70,8 @@ void gatherBroad(Sampler& field, Coord coord, int margin, float* broad, const fl
     gather<1, 4, kSlice, kBroadRow>(field, coord, broad, instead);
   else if (margin == 2)
     gather<2, 4, kSlice, kBroadRow>(field, coord, broad, instead);
+  else if (margin == 3)
+    gather<3, 4, kSlice, kBroadRow>(field, coord, broad, instead);
   else
     gather<4, 4, kSlice, kBroadRow>(field, coord, broad, instead);
 }

@@ -36,7 +36,7 @@ std::vector<std::array<ptrdiff_t, count>> besideEach(std::span<const Coord> bric
 /// voxel are left as they are).
 void gatherPadded(Sampler& field, Coord coord, float* padded) noexcept;
 
-/// A brick's values and `margin` (1, 2 or 4) around them, laid out by broadOffset. `instead`, if any: for each of the
+/// A brick's values and `margin` (1 to 4) around them, laid out by broadOffset. `instead`, if any: for each of the
 /// bricks around (kAroundSteps) its 512 values that count instead of the clay's, or null.
 void gatherBroad(Sampler& field, Coord coord, int margin, float* broad, const float* const* instead = nullptr) noexcept;
 
