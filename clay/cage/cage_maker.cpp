@@ -21,6 +21,7 @@ constexpr size_t kLeastQuads = 24;
 constexpr double kBeginWith = 20;     // quads for each that is asked for
 constexpr double kFinest = 1.4;       // voxels: nothing finer is looked at
 constexpr double kOfThickness = 0.7;  // an edge is at most so long: four quads go around a limb
+constexpr double kLeastCrease = 2;    // even edges: shorter creases are rounded
 constexpr double kLeastOfEven = 0.25, kLeastRefined = 1.0 / 6;  // of an even edge
 constexpr double kGrowth = 0.35;                                // of sizes, a mm
 constexpr int kGrades = 60;                                     // sweeps until they do, at most
@@ -108,24 +109,32 @@ QuadMesh quadsOf(const Surface& surface) {
   return quads;
 }
 
-CageMaker::CageMaker(const Version& version, size_t most, int threads, const WorkPart& part) : most_(most) {
+CageMaker::CageMaker(const Version& version, size_t most, bool creased, int threads, const WorkPart& part)
+    : most_(most) {
   if (version.stats().bricks == 0) throw Error("the piece is empty: there is no surface to draw a cage on");
   if (most < kLeastQuads) throw Error(fmt::format("a cage of {} quads: give at least {}", most, kLeastQuads));
   const Grid& grid = version.grid();
-  Surface own(false);
+  const double area = areaOf(version);  // voxel faces
+  even_ = std::sqrt(area / double(most)) * grid.voxelMm;
+  finest_ = kFinest * grid.voxelMm;
+  // Where there are creases the draft, which cuts them off, would draw the faces beside them away from them.
+  Surface own(creased, creased ? Grade::fine : Grade::draft);
   own.update(version, threads);
+  creases_.emplace(own, kLeastCrease * even_);
+  const Grade grade = creases_->empty() ? Grade::draft : Grade::fine;
+  if (creased && creases_->empty()) {
+    own = Surface(false);
+    own.update(version, threads);
+  }
   surface_ = own.toMesh();
   tree_.emplace(surface_);
   shape_ = shapeOf(own.vertexCount(), own.quadCount());
   const size_t bodies = bodiesOf(quadsOf(own));
-  const double area = areaOf(version);  // voxel faces
-  even_ = std::sqrt(area / double(most)) * grid.voxelMm;
-  finest_ = kFinest * grid.voxelMm;
   part.step(0.3);
   sizes_ = thicknesses(version, surface_, even_ / kOfThickness);
   for (float& each : sizes_)
     each = static_cast<float>(std::clamp(kOfThickness * double(each), kLeastOfEven * even_, even_));
-  grade();
+  evenOut();
   part.step(0.5);
   // The clay on a coarser grid, or on its own where a part or a hole would be lost.
   double voxel = std::sqrt(area * 1.5 / (kBeginWith * double(most))) * grid.voxelMm;
@@ -137,7 +146,7 @@ CageMaker::CageMaker(const Version& version, size_t most, int threads, const Wor
     Grid coarse = grid;
     coarse.voxelMm = voxel;
     coarse.originMm += Vec3d::Constant(0.25 * voxel);
-    Surface surface(false);
+    Surface surface(false, grade);
     surface.update(resample(version, coarse, Eigen::Isometry3d::Identity(), threads), threads);
     part.step(0.8);
     // Neither a body for a handle: a lost crumb and a closed hole would add up to the same.
@@ -146,11 +155,12 @@ CageMaker::CageMaker(const Version& version, size_t most, int threads, const Wor
     if (bodiesOf(fine_) == bodies) break;
   }
   growCrumbs(fine_, finest_);
+  creases_->mark(fine_);
   part.step(1);
 }
 
 // Sizes grow by no more than kGrowth a mm.
-void CageMaker::grade() {
+void CageMaker::evenOut() {
   for (int round = 0, changed = 1; round < kGrades && changed > 0; ++round) {
     changed = 0;
     for (const auto& t : surface_.triangles)
@@ -166,7 +176,12 @@ void CageMaker::grade() {
 
 CoarseCage CageMaker::make(const WorkPart& part) const {
   CoarseCage cage;
-  cage.mesh = coarsened(fine_, surface_, *tree_, sizes_, most_, finest_, part);
+  cage.mesh = coarsened(fine_, surface_, *tree_, *creases_, sizes_, most_, finest_, part);
+  if (cage.mesh.quads.size() > most_ && !creases_->empty()) {
+    QuadMesh smooth = fine_;
+    smooth.creases.clear();
+    cage.mesh = coarsened(std::move(smooth), surface_, *tree_, *creases_, sizes_, most_, finest_, part);
+  }
   if (cage.mesh.quads.size() > most_)
     throw Error(fmt::format("no cage of at most {} quads goes around this piece: give more", most_), Error::Kind::work);
   cage.edgeMm = even_;
@@ -184,11 +199,11 @@ void CageMaker::refine(const std::vector<float>& off) {
     const double factor = share < 1 ? std::max(kSmallest, std::sqrt(share)) : std::min(kLargest, std::pow(share, 0.25));
     sizes_[i] = static_cast<float>(std::max(kLeastRefined * even_, factor * double(sizes_[i])));
   }
-  grade();
+  evenOut();
 }
 
 CoarseCage coarseCage(const Version& version, size_t most, const WorkPart& part) {
-  const CageMaker maker(version, most, 1, part.part(0, 0.5));
+  const CageMaker maker(version, most, false, 1, part.part(0, 0.5));
   return maker.make(part.part(0.5, 1));
 }
 

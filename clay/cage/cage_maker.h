@@ -4,13 +4,12 @@
 #include <optional>
 
 #include "clay/base/work_part.h"
+#include "clay/cage/crease_map.h"
 #include "clay/cage/quad_mesh.h"
 #include "clay/mesh/nearest_triangle.h"
 #include "clay/store/version.h"
 
 namespace argil::clay {
-
-class Surface;  // clay/surface/surface.h
 
 struct CoarseCage {
   QuadMesh mesh;
@@ -23,13 +22,16 @@ struct CoarseCage {
 /// vertex of the surface. One thread.
 class CageMaker {
  public:
-  /// Sizes are even, but smaller where the clay is thin. Throws as coarseCage().
-  CageMaker(const Version& version, size_t most, int threads, const WorkPart& part);
+  /// Sizes are even, but smaller where the clay is thin. `creased`: edges of cages follow the clay's creases. Throws as
+  /// coarseCage().
+  CageMaker(const Version& version, size_t most, bool creased, int threads, const WorkPart& part);
   CageMaker(const CageMaker&) = delete;
   CageMaker& operator=(const CageMaker&) = delete;
 
   [[nodiscard]] const TriangleMesh& surface() const { return surface_; }
   [[nodiscard]] const NearestTriangle& tree() const { return *tree_; }
+  [[nodiscard]] const CreaseMap& creases() const { return *creases_; }
+  /// Without creases where their lines need more quads than that.
   [[nodiscard]] CoarseCage make(const WorkPart& part) const;
   /// Sizes become smaller where what was fitted to a cage lies off by more than elsewhere, mm at each vertex of the
   /// surface, and larger where by less.
@@ -37,13 +39,14 @@ class CageMaker {
   [[nodiscard]] const std::vector<float>& sizes() const { return sizes_; }
 
  private:
-  void grade();
+  void evenOut();
 
   size_t most_;
   double even_ = 1, finest_ = 0;
   int64_t shape_ = 0;
   TriangleMesh surface_;
   std::optional<NearestTriangle> tree_;
+  std::optional<CreaseMap> creases_;
   QuadMesh fine_;
   std::vector<float> sizes_;
 };

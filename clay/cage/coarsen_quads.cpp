@@ -1,8 +1,12 @@
 #include "clay/cage/coarsen_quads.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 #include <queue>
+#include <set>
+#include <utility>
 
 #include "clay/cage/quad_web.h"
 
@@ -15,32 +19,45 @@ constexpr double kLeastFactor = 0.4;
 constexpr double kLeastFacing = 0.2;  // cosine between a quad's corner and the surface there
 constexpr double kLeastEdge = 0.1;    // of the finest: evening out makes none shorter than that,
 constexpr double kLeastMade = 0.02;   // and nothing else one shorter than that
+constexpr int kAtFirst = 3;           // rounds that make edges even, where there are creases
 constexpr int kAtTheEnd = 20;         // rounds that make edges even
 constexpr size_t kStepEach = 512;
+constexpr double kNearCrease = 0.5;  // of a size: a vertex of a line that is so near goes onto the crease
+constexpr int kCornerEdges = 3;      // of a line of creases, over which a turn is seen
+constexpr double kCornerTurn = 0.7;  // radians: a corner
+constexpr double kOfLine = 0.6;      // what a diagonal beside two edges of a line counts of its length
 // How far the middle of an edge or of a quad may lie off the surface, of its length; the next one where no collapse is
 // left with the one before.
 constexpr double kBulges[] = {0.2, 0.3, 0.45, 1e9};
 
 class Coarsener {
  public:
-  Coarsener(QuadMesh fine, const TriangleMesh& surface, const NearestTriangle& tree, const std::vector<float>& sizes,
-            double finest)
+  Coarsener(QuadMesh fine, const TriangleMesh& surface, const NearestTriangle& tree, const CreaseMap& creases,
+            const std::vector<float>& sizes, double finest)
       : web_(std::move(fine)),
         surface_(surface),
         tree_(tree),
+        creases_(creases),
         sizes_(sizes),
         finest_(finest),
         hints_(web_.vertices(), UINT32_MAX),
-        size_(web_.vertices(), 1),
+        creaseHints_(web_.vertices(), UINT32_MAX),
+        size_(web_.vertices(), 0),
         normals_(web_.vertices(), Vec3d::Zero()),
         changed_(web_.quads(), 0) {
     std::vector<Vec3d> beside(web_.vertices());  // the surface, as a coarser grid has it
-    for (uint32_t v = 0; v < web_.vertices(); ++v) place(v, beside[v] = web_.at(v));
+    for (uint32_t v = 0; v < web_.vertices(); ++v) beside[v] = web_.at(v), place(v, web_.at(v));
+    markCorners();
     // Of a crumb all of them may have come to one place.
     for (uint32_t v = 0; v < web_.vertices(); ++v) {
       web_.beside(v, beside_);
-      if (shortestAt(v) < kLeastMade * finest_) web_.move(v, beside[v]);
+      if (shortestAt(v) < kLeastMade * finest_ && !web_.isOnCrease(v)) web_.move(v, beside[v]);
     }
+    if (!creases_.empty())
+      for (int round = 0; round < kAtFirst; ++round) makeEven();
+    // A line on which some vertices lay aside has come straight.
+    for (uint32_t v = 0; v < web_.vertices(); ++v)
+      if (web_.isCorner(v) && turnAt(v) < kCornerTurn / 2) web_.markCorner(v, false);
     for (uint32_t f = 0; f < web_.quads(); ++f) offer(f);
   }
 
@@ -63,6 +80,10 @@ class Coarsener {
       if (!collapse(best.quad, best.corner)) continue;
       if (++done % kStepEach == 0) part.step(double(first - web_.count()) / double(first - most));
     }
+    cutCorners();
+    for (uint32_t f = 0; f < web_.quads(); ++f)
+      if (web_.isThere(f)) (void)web_.removeInset(f);
+    last_ = true;
     for (int round = 0; round < kAtTheEnd; ++round) {
       makeEven();
       if (round >= kAtTheEnd / 2)
@@ -81,8 +102,34 @@ class Coarsener {
     }
   };
 
-  // Onto the surface.
+  // Onto the surface, or along its crease; what ends one stays.
   void place(uint32_t v, const Vec3d& p) {
+    if (web_.isOnCrease(v)) {
+      if (!web_.isCorner(v)) {
+        const CreaseMap::Hit hit = creases_.nearest(p, creaseHints_[v]);
+        // In a gap that was bridged there is none.
+        const double near = std::max(2 * finest_, kNearCrease * size_[v]);
+        if (hit.squared < near * near || isOnLine(v)) return placeAt(v, hit.mm);
+      } else if (size_[v] > 0) {
+        return placeAt(v, web_.at(v));
+      }
+    }
+    placeOnSurface(v, p);
+  }
+  bool isOnLine(uint32_t v) {
+    return creases_.nearest(web_.at(v), creaseHints_[v]).squared < kLeastMade * kLeastMade * finest_ * finest_;
+  }
+  void placeAt(uint32_t v, const Vec3d& p) {
+    placeOnSurface(v, p);
+    web_.move(v, p);
+    Vec3d sum = Vec3d::Zero();
+    for (const uint32_t f : web_.around(v)) {
+      const auto& q = web_.quad(f);
+      sum += (web_.at(q[2]) - web_.at(q[0])).cross(web_.at(q[3]) - web_.at(q[1])).normalized();
+    }
+    if (sum.squaredNorm() > 0) normals_[v] = sum.normalized();
+  }
+  void placeOnSurface(uint32_t v, const Vec3d& p) {
     const NearestTriangle::Hit hit = tree_.nearest(p, hints_[v]);
     hints_[v] = hit.triangle;
     const auto& c = tree_.corners(hit.triangle);
@@ -91,6 +138,66 @@ class Coarsener {
     size_[v] = sizeOf(hit);
     const Vec3d n = (y - x).cross(z - x);
     if (n.squaredNorm() > 0) normals_[v] = n.normalized();
+  }
+
+  // How much a line of creases turns at one of its vertices, seen over some edges either way; radians, 0 elsewhere.
+  double turnAt(uint32_t v) {
+    web_.alongCreases(v, pulling_);
+    if (pulling_.size() != 2) return 0;
+    std::array<Vec3d, 2> ways;
+    const std::vector<uint32_t> next = pulling_;
+    for (size_t k = 0; k < 2; ++k) {
+      uint32_t from = v, to = next[k];
+      for (int i = 1; i < kCornerEdges && !web_.isCorner(to); ++i) {
+        web_.alongCreases(to, pulling_);
+        if (pulling_.size() != 2) break;
+        from = std::exchange(to, pulling_[0] == from ? pulling_[1] : pulling_[0]);
+      }
+      ways[k] = web_.at(to) - web_.at(v);
+    }
+    return std::numbers::pi - std::atan2(ways[0].cross(ways[1]).norm(), ways[0].dot(ways[1]));
+  }
+  // Where that is more than anywhere around.
+  void markCorners() {
+    std::vector<uint32_t> next;
+    std::vector<double> turn(web_.vertices(), 0);
+    for (uint32_t v = 0; v < web_.vertices(); ++v) turn[v] = turnAt(v);
+    for (uint32_t v = 0; v < web_.vertices(); ++v) {
+      if (turn[v] < kCornerTurn) continue;
+      bool most = true;
+      web_.alongCreases(v, next);
+      for (const uint32_t way : std::vector<uint32_t>(next)) {
+        uint32_t from = v, to = way;
+        for (int i = 0; i < kCornerEdges; ++i) {
+          most = most && (turn[to] < turn[v] || (turn[to] == turn[v] && to > v));
+          web_.alongCreases(to, next);
+          if (next.size() != 2) break;
+          from = std::exchange(to, next[0] == from ? next[1] : next[0]);
+        }
+      }
+      if (most) web_.markCorner(v);
+    }
+    // Exactly there where the clay has one near by; each once, first where lines meet. What would stand beside another
+    // is the same corner, seen twice.
+    std::set<uint32_t> taken;
+    std::vector<Vec3d> places;
+    for (const bool meets : {true, false})
+      for (uint32_t v = 0; v < web_.vertices(); ++v) {
+        web_.alongCreases(v, next);
+        if (!web_.isCorner(v) || meets != (next.size() != 2)) continue;
+        double length = 0;
+        for (const uint32_t each : next) length += (web_.at(each) - web_.at(v)).norm() / double(next.size());
+        const std::optional<uint32_t> corner = creases_.cornerNear(web_.at(v), 2 * length, taken);
+        const auto isBeside = [&](const Vec3d& p) { return (p - creases_.corner(*corner)).norm() < 2 * length; };
+        if (corner && std::none_of(places.begin(), places.end(), isBeside)) {
+          taken.insert(*corner);
+          places.push_back(creases_.corner(*corner));
+          placeAt(v, places.back());
+        } else {
+          if (!meets) web_.markCorner(v, false);
+          placeAt(v, creases_.nearest(web_.at(v), creaseHints_[v]).mm);
+        }
+      }
   }
 
   double sizeOf(const NearestTriangle::Hit& hit) const {
@@ -105,9 +212,21 @@ class Coarsener {
       const uint32_t a = q[size_t(corner)], c = q[size_t(corner) + 2];
       const std::optional<int> gain = web_.gainOfCollapse(f, corner);
       if (!gain) continue;
-      const double length = (web_.at(a) - web_.at(c)).norm() / sizeBetween(a, c);
+      double length = (web_.at(a) - web_.at(c)).norm() / sizeBetween(a, c);
+      if (web_.isOnCrease(a) && web_.isOnCrease(c)) length *= kOfLine;
       queue_.push({length * std::max(kLeastFactor, 1 - kUneven * *gain), f, changed_[f], corner});
     }
+  }
+
+  // No quad keeps a corner that is half a turn: a line leaves it out.
+  void cutCorners() {
+    const size_t stage = std::exchange(stage_, std::size(kBulges) - 1);  // wherever the line lies then
+    for (uint32_t f = 0; f < web_.quads(); ++f)
+      for (int corner = 0; corner < 2 && web_.isThere(f); ++corner) {
+        const auto& q = web_.quad(f);
+        if (web_.isOnCrease(q[size_t(corner)]) && web_.isOnCrease(q[size_t(corner) + 2])) collapse(f, corner);
+      }
+    stage_ = stage;
   }
 
   void makeEven() {
@@ -117,15 +236,16 @@ class Coarsener {
       if (!web_.around(v).empty()) turnAround(v);
   }
 
-  // How many corners of the quads around face outwards.
+  // How many corners of the quads around face outwards; at a crease as their quad does.
   int facing(uint32_t v) const {
     int good = 0;
     for (const uint32_t f : web_.around(v)) {
       const auto& q = web_.quad(f);
+      const Vec3d own = (web_.at(q[2]) - web_.at(q[0])).cross(web_.at(q[3]) - web_.at(q[1])).normalized();
       for (size_t s = 0; s < 4; ++s) {
         const Vec3d& p = web_.at(q[s]);
         const Vec3d n = (web_.at(q[(s + 1) & 3]) - p).cross(web_.at(q[(s + 3) & 3]) - p);
-        good += n.dot(normals_[q[s]]) > kLeastFacing * n.norm();
+        good += n.dot(web_.isOnCrease(q[s]) ? own : normals_[q[s]]) > kLeastFacing * n.norm();
       }
     }
     return good;
@@ -160,19 +280,41 @@ class Coarsener {
     if (!web_.gainOfCollapse(f, corner)) return false;
     const auto q = web_.quad(f);
     const uint32_t a = q[size_t(corner)], c = q[(size_t(corner) + 2) & 3];
-    const Vec3d middle = 0.5 * (web_.at(a) + web_.at(c));
-    const NearestTriangle::Hit hit = tree_.nearest(middle, hints_[a]);
-    const auto& t = tree_.corners(hit.triangle);
-    const Vec3d to =
-        nearestOnTriangle(middle, surface_.positions[t[0]], surface_.positions[t[1]], surface_.positions[t[2]]);
+    // On a crease the one that lies there stays where it is; a line that leaves a corner of the quad out goes on from
+    // there.
+    const bool onA = web_.isOnCrease(a), onC = web_.isOnCrease(c);
+    uint32_t cut = UINT32_MAX;
+    Vec3d to;
+    if (onA && onC) {
+      const int bits = web_.creases(f);
+      const bool first = (bits >> corner & 1) != 0 && (bits >> ((corner + 1) & 3) & 1) != 0;
+      cut = q[size_t(corner + (first ? 1 : 3)) & 3];
+      to = web_.isCorner(a) ? web_.at(a) : web_.isCorner(c) ? web_.at(c) : web_.at(cut);
+    } else if (onA || onC) {
+      to = web_.at(onA ? a : c);
+    } else {
+      const Vec3d middle = 0.5 * (web_.at(a) + web_.at(c));
+      const NearestTriangle::Hit hit = tree_.nearest(middle, hints_[a]);
+      const auto& t = tree_.corners(hit.triangle);
+      to = nearestOnTriangle(middle, surface_.positions[t[0]], surface_.positions[t[1]], surface_.positions[t[2]]);
+    }
     if (offAround(a, to, f) > 1 || offAround(c, to, f) > 1) return false;
     for (const uint32_t end : {a, c}) {
       web_.beside(end, beside_);
       for (const uint32_t each : beside_)
-        if ((web_.at(each) - to).norm() < kLeastMade * finest_) return false;
+        if (each != cut && (web_.at(each) - to).norm() < kLeastMade * finest_) return false;
     }
     const uint32_t v = web_.collapse(f, corner);
-    place(v, middle);
+    if (onA || onC)
+      placeAt(v, to);
+    else
+      place(v, to);
+    if (cut != UINT32_MAX && !web_.around(cut).empty()) {
+      Vec3d sum = Vec3d::Zero();
+      web_.beside(cut, beside_);
+      for (const uint32_t each : beside_) sum += web_.at(each);
+      placeOnSurface(cut, sum / double(beside_.size()));
+    }
     relax(v);
     web_.beside(v, ring_);
     const std::vector<uint32_t> ring = ring_;
@@ -194,10 +336,13 @@ class Coarsener {
 
   // Edges of one length in proportion to the sizes pull by as much.
   void relax(uint32_t v) {
+    if (web_.isCorner(v)) return;
+    web_.alongCreases(v, pulling_);
     web_.beside(v, beside_);
+    if (pulling_.empty()) pulling_ = beside_;
     Vec3d sum = Vec3d::Zero();
     double weights = 0;
-    for (const uint32_t each : beside_) {
+    for (const uint32_t each : pulling_) {
       const double h = sizeBetween(v, each), weight = 1 / (h * h);
       sum += weight * web_.at(each);
       weights += weight;
@@ -221,18 +366,22 @@ class Coarsener {
   // A quad with a corner that bends inwards folds, and so does every smooth face over it: v goes where more corners
   // around it face outwards, if there is such a place: towards what is beside it, or away from it.
   void unfold(uint32_t v) {
-    if (web_.around(v).empty()) return;
+    if (web_.around(v).empty() || web_.isCorner(v)) return;
     int most = facing(v);
     if (most == 4 * int(web_.around(v).size())) return;
     const Vec3d was = web_.at(v);
     const double offBefore = std::max(1.0, offAround(v, was));
     std::vector<Vec3d> places;
-    for (const uint32_t f : web_.around(v)) {
-      const auto& q = web_.quad(f);
-      places.push_back(0.25 * (web_.at(q[0]) + web_.at(q[1]) + web_.at(q[2]) + web_.at(q[3])));
-    }
     web_.beside(v, beside_);
-    for (const uint32_t each : beside_) places.push_back(0.5 * (was + web_.at(each)));
+    web_.alongCreases(v, pulling_);
+    if (pulling_.empty()) {
+      for (const uint32_t f : web_.around(v)) {
+        const auto& q = web_.quad(f);
+        places.push_back(0.25 * (web_.at(q[0]) + web_.at(q[1]) + web_.at(q[2]) + web_.at(q[3])));
+      }
+      pulling_ = beside_;
+    }
+    for (const uint32_t each : pulling_) places.push_back(0.5 * (was + web_.at(each)));
     Vec3d best = was;
     const double shortest = std::min(shortestAt(v), kLeastEdge * finest_);
     for (const Vec3d& towards : places)
@@ -253,7 +402,7 @@ class Coarsener {
         const auto& q = web_.quad(f);
         const auto s = int(std::find(q.begin(), q.end(), v) - q.begin());
         for (const int step : {1, -1}) {
-          const std::optional<int> gain = web_.gainOfTurn(f, s, step);
+          const std::optional<int> gain = web_.gainOfTurn(f, s, step, last_);
           if (!gain || *gain <= 0) continue;
           const std::array<uint32_t, 2> ends = web_.endsOfTurn(f, s, step);
           const Vec3d &from = web_.at(ends[0]), &to = web_.at(ends[1]);
@@ -277,22 +426,24 @@ class Coarsener {
   QuadWeb web_;
   const TriangleMesh& surface_;
   const NearestTriangle& tree_;
+  const CreaseMap& creases_;
   const std::vector<float>& sizes_;
   double finest_;
   size_t stage_ = 0;
-  std::vector<uint32_t> hints_;
+  bool last_ = false;
+  std::vector<uint32_t> hints_, creaseHints_;
   std::vector<double> size_;
   std::vector<Vec3d> normals_;
   std::vector<uint32_t> changed_;
-  std::vector<uint32_t> beside_, ring_;
+  std::vector<uint32_t> beside_, ring_, pulling_;
   std::priority_queue<Offer> queue_;
 };
 
 }  // namespace
 
-QuadMesh coarsened(QuadMesh fine, const TriangleMesh& surface, const NearestTriangle& tree,
+QuadMesh coarsened(QuadMesh fine, const TriangleMesh& surface, const NearestTriangle& tree, const CreaseMap& creases,
                    const std::vector<float>& sizes, size_t most, double finest, const WorkPart& part) {
-  return Coarsener(std::move(fine), surface, tree, sizes, finest).run(most, part);
+  return Coarsener(std::move(fine), surface, tree, creases, sizes, finest).run(most, part);
 }
 
 }  // namespace argil::clay

@@ -13,6 +13,7 @@ namespace {
 
 constexpr int kTries = 3, kMostTries = 6;  // cages: more as long as all of them fold somewhere
 constexpr float kFoldOff = 8;              // a fold counts as so many times what patches lie off on average
+constexpr double kFoldedAllOver = 10;
 constexpr int kTryRounds = 2, kRounds = 4;
 constexpr int kTrySpan = 2, kPerSpan = 8;  // places along a span that deviations are taken at
 // Of fitPatchesWithin(): where it begins, how far it goes from try to try, and how much fewer are worth another.
@@ -48,40 +49,69 @@ std::vector<float> offOf(const CageMaker& maker, const PatchSurface& surface) {
   double sum = 0;
   for (const float each : off) sum += double(each) * double(each);
   const float fold = kFoldOff * static_cast<float>(std::sqrt(sum / double(off.size())));
-  for (const uint32_t place : foldsOf(patches))
+  for (const uint32_t place : foldsOf(surface, patches, kTrySpan))
     for (const uint32_t v : maker.tree().corners(maker.tree().nearest(patches.positions[place], UINT32_MAX).triangle))
       off[v] = std::max(off[v], fold);
   return off;
 }
 
-FittedPatches fitted(const Version& version, size_t most, double limitMm, int threads, const WorkPart& part) {
-  CageMaker maker(version, most, threads, part.part(0, 0.1));
-  FittedPatches result;
-  double best = INFINITY;
-  size_t fewestFolds = SIZE_MAX;
-  for (int i = 0; i < kTries || (i < kMostTries && fewestFolds > 0); ++i) {
-    const int left = i < kTries ? kTries : kMostTries;
-    const WorkPart own = part.part(0.1 + 0.5 * i / left, 0.1 + 0.5 * (i + 1) / left);
-    CoarseCage cage = maker.make(own.part(0, 0.3));
-    const PatchSurface surface =
-        fittedNet(cage.mesh, maker.surface(), maker.tree(), kTryRounds, threads, own.part(0.3, 0.8));
-    const PatchDeviation deviation = deviationOf(surface, maker.surface(), kTrySpan, threads, own.part(0.8, 0.9));
-    const double score = scoreOf(deviation);
-    const size_t folds = deviation.foldsMm.size();
-    if (folds < fewestFolds || (folds == fewestFolds && score < best)) {
-      best = score;
-      fewestFolds = folds;
-      result.cage = std::move(cage);
-    }
-    maker.refine(offOf(maker, surface));
-    own.step(1);
+// The best of some cages: the one whose patches fold least, of those the one that was fitted best.
+struct BestCage {
+  CoarseCage cage;
+  double score = INFINITY;
+  size_t folds = SIZE_MAX;
+
+  // Beside a cage of the other kind: folds weigh as well as distances; where no end of them is seen, most of all.
+  [[nodiscard]] double cost() const {
+    return score * (1 + double(folds)) * (folds < kMostFarPlaces ? 1 : kFoldedAllOver);
   }
-  result.irregular = QuadTopology(result.cage.mesh.positions.size(), result.cage.mesh.quads).irregular();
+  void take(CageMaker& maker, int tries, int mostTries, int threads, const WorkPart& part) {
+    for (int i = 0; i < tries || (i < mostTries && folds > 0); ++i) {
+      const int left = i < tries ? tries : mostTries;
+      const WorkPart own = part.part(double(i) / left, double(i + 1) / left);
+      CoarseCage made = maker.make(own.part(0, 0.3));
+      const PatchSurface surface =
+          fittedNet(made.mesh, maker.surface(), maker.tree(), maker.creases(), kTryRounds, threads, own.part(0.3, 0.8));
+      const PatchDeviation deviation = deviationOf(surface, maker.surface(), kTrySpan, threads, own.part(0.8, 0.9));
+      const double now = scoreOf(deviation);
+      const size_t nowFolds = deviation.foldsMm.size();
+      if (nowFolds < folds || (nowFolds == folds && now < score)) {
+        score = now;
+        folds = nowFolds;
+        cage = std::move(made);
+      }
+      maker.refine(offOf(maker, surface));
+      own.step(1);
+    }
+  }
+};
+
+FittedPatches fitted(const Version& version, size_t most, double limitMm, int threads, const WorkPart& part) {
+  BestCage best;
+  CageMaker maker(version, most, true, threads, part.part(0, 0.05));
+  const bool creased = !maker.creases().empty();
+  try {
+    best.take(maker, kTries, creased ? kTries : kMostTries, threads, part.part(0.05, creased ? 0.3 : 0.6));
+  } catch (const Cancelled&) {
+    throw;
+  } catch (const Error&) {
+    if (!creased) throw;  // so few quads may still do where creases are rounded
+  }
+  if (creased && best.folds > 0) {
+    // Creases that cannot be drawn without many folds are rounded.
+    CageMaker smooth(version, most, false, threads, part.part(0.3, 0.35));
+    BestCage other;
+    other.take(smooth, kTries, kTries, threads, part.part(0.35, 0.6));
+    if (other.cost() < best.cost()) best = std::move(other);
+  }
+  FittedPatches result;
+  result.cage = std::move(best.cage);
+  result.irregular = QuadTopology(result.cage.mesh).irregular();
   Surface fine(false, Grade::fine);
   fine.update(version, threads);
   const TriangleMesh clay = fine.toMesh();
   const NearestTriangle tree(clay);
-  result.surface = fittedNet(result.cage.mesh, clay, tree, kRounds, threads, part.part(0.6, 0.9));
+  result.surface = fittedNet(result.cage.mesh, clay, tree, maker.creases(), kRounds, threads, part.part(0.6, 0.9));
   result.deviation = deviationOf(result.surface, clay, kPerSpan, threads, part.part(0.9, 1), limitMm);
   return result;
 }

@@ -21,9 +21,13 @@ constexpr Stage kStages[] = {{0.3, 1}, {0.05, 0.3}, {0.01, 0.02}, {0.001, 0.02}}
 constexpr double kFar = 2e-4;                      // of the clay's size: what lies off by more counts more,
 constexpr double kMostFar = 60;                    // by its distance, up to so many times
 constexpr double kLeastHeld = 0.5, kMostHeld = 8;  // shares of stiffness, by the length of edges
-constexpr int kFootSpan = 2;                       // places along a span that the clay's nearest is looked for among
-constexpr int kSteps = 25;                         // of conjugate gradients a round
-constexpr double kSolved = 1e-6;                   // of the squared residual
+constexpr double kFacing = 0.4;                    // cosine between a patch beside a crease and what draws it
+constexpr double kGap =
+    0.02;  // of the clay's size: a crease of the cage that is so far from those of the clay has none
+constexpr double kOnLines = 4, kAtEnds = 8;  // what places of creases and their ends count
+constexpr int kFootSpan = 2;                 // places along a span that the clay's nearest is looked for among
+constexpr int kSteps = 25;                   // of conjugate gradients a round
+constexpr double kSolved = 1e-6;             // of the squared residual
 constexpr int kBlock = 256, kRowBlock = 1024;
 
 using Rows = Eigen::SparseMatrix<double, Eigen::RowMajor>;
@@ -67,18 +71,61 @@ Rows placesOf(const PatchNet& net, size_t quads) {
   return places;
 }
 
+// Net vertices beside each other on a crease.
+std::vector<std::array<uint32_t, 2>> creasePieces(const PatchNet& net, const QuadTopology& topology) {
+  std::vector<std::array<uint32_t, 2>> pieces;
+  for (const QuadTopology::Edge& edge : topology.edges())
+    for (int i = 0; edge.crease && i < kPatchSpans; ++i) {
+      const auto [x, y] = fromCorner(edge.side[0], i, 0, kPatchSpans + 1);
+      const auto [u, v] = fromCorner(edge.side[0], i + 1, 0, kPatchSpans + 1);
+      pieces.push_back({net.vertex(edge.quad[0], x, y), net.vertex(edge.quad[0], u, v)});
+    }
+  return pieces;
+}
+
+// Rows of places along the cage's creases, each twice, and then of where these end, three times each.
+Rows creasePlaces(const PatchNet& net, const QuadTopology& topology, const std::vector<uint32_t>& ends) {
+  std::vector<Eigen::Triplet<double>> entries;
+  int row = 0;
+  const auto add = [&](const Weights& weights, int times) {
+    for (; times > 0; --times, ++row)
+      for (const auto& [vertex, weight] : weights) entries.emplace_back(row, int(vertex), weight);
+  };
+  for (const QuadTopology::Edge& edge : topology.edges())
+    for (int i = 0; edge.crease && i < kPerSide; ++i) {
+      const double t = (i + 0.5) * kPatchSpans / kPerSide, whole = kPatchSpans;
+      const std::array<std::array<double, 2>, 4> at{{{t, 0}, {whole, t}, {whole - t, whole}, {0, whole - t}}};
+      const auto& [u, v] = at[edge.side[0]];
+      add(net.at(edge.quad[0], u, v), 2);
+    }
+  for (const uint32_t v : ends) add(net.points()[v], 3);
+  Rows places(row, Eigen::Index(net.vertexCount()));
+  places.setFromTriplets(entries.begin(), entries.end());
+  return places;
+}
+
 // How far each vertex of the net lies from the mean of those beside it, where edges are shorter than most multiplied by
 // as much.
-Rows bendsOf(const PatchNet& net, size_t quads, const Table& at) {
+// On a crease those are the two along it; its ends are free.
+Rows bendsOf(const PatchNet& net, const QuadTopology& topology, const Table& at) {
+  const std::vector<std::array<uint32_t, 2>> pieces = creasePieces(net, topology);
+  std::vector<uint8_t> alongCrease(net.vertexCount(), 0);
+  for (const auto& piece : pieces)
+    for (const uint32_t v : piece) ++alongCrease[v];
   const auto count = Eigen::Index(net.vertexCount());
   std::vector<Eigen::Triplet<double>> entries;
-  for (uint32_t f = 0; f < quads; ++f)
+  for (uint32_t f = 0; f < topology.quads().size(); ++f)
     for (int i = 0; i < kPatchSpans; ++i)
       for (int j = 0; j < kPatchSpans; ++j) {
         const std::array<uint32_t, 4> c{net.vertex(f, i, j), net.vertex(f, i + 1, j), net.vertex(f, i + 1, j + 1),
                                         net.vertex(f, i, j + 1)};
-        for (size_t s = 0; s < 4; ++s) entries.emplace_back(int(c[s]), int(c[(s + 1) & 3]), 1.0);
+        for (size_t s = 0; s < 4; ++s)
+          if (alongCrease[c[s]] == 0) entries.emplace_back(int(c[s]), int(c[(s + 1) & 3]), 1.0);
       }
+  for (const auto& [a, b] : pieces) {
+    if (alongCrease[a] == 2) entries.emplace_back(int(a), int(b), 1.0);
+    if (alongCrease[b] == 2) entries.emplace_back(int(b), int(a), 1.0);
+  }
   Rows beside(count, count);
   beside.setFromTriplets(entries.begin(), entries.end());  // each edge once either way, as every side has a partner
   Rows bends(count, count);
@@ -91,6 +138,7 @@ Rows bendsOf(const PatchNet& net, size_t quads, const Table& at) {
     }
   const double mean = length.sum() / degree.sum();
   for (Eigen::Index v = 0; v < count; ++v) {
+    if (degree[v] == 0) continue;
     const double own = length[v] / degree[v];
     const double share = std::clamp(own > 0 ? mean / own : kMostHeld, kLeastHeld, kMostHeld);
     for (Rows::InnerIterator it(beside, v); it; ++it)
@@ -119,7 +167,7 @@ PatchSurface surfaceOf(const PatchNet& net, const QuadMesh& cage, const Table& a
 // Rows of the places of the patches that are nearest to `points`, by a mesh of the patches as they are; empty ones
 // where what is nearest faces the other way.
 Rows placesNearest(const PatchNet& net, const PatchSurface& surface, const std::vector<Vec3d>& points,
-                   const std::vector<Vec3d>& normals, int threads) {
+                   const std::vector<Vec3d>& normals, const std::vector<double>& leastFacing, int threads) {
   const TriangleMesh mesh = meshOf(surface, kFootSpan);
   const NearestTriangle tree(mesh);
   // Triangles of a patch lie together, two a cell of its grid.
@@ -149,7 +197,8 @@ Rows placesNearest(const PatchNet& net, const PatchSurface& surface, const std::
           const double along = std::min(u, double(kCells)) / kFootSpan,
                        across = std::min(v, double(kCells)) / kFootSpan;
           const PatchSurface::Tangents tangents = surface.tangentsAt(patch, along, across);
-          if (tangents.u.cross(tangents.v).dot(normals[i]) >= 0) rows[i] = net.at(patch, along, across);
+          const Vec3d facing = tangents.u.cross(tangents.v);
+          if (facing.dot(normals[i]) >= leastFacing[patch] * facing.norm()) rows[i] = net.at(patch, along, across);
         }
       },
       kBlock);
@@ -226,21 +275,30 @@ double weightOf(double off, double far) {
 
 }  // namespace
 
-PatchSurface fittedNet(const QuadMesh& cage, const TriangleMesh& clay, const NearestTriangle& tree, int rounds,
-                       int threads, const WorkPart& part) {
-  const QuadTopology topology(cage.positions.size(), cage.quads);
-  const PatchNet net(topology);
+PatchSurface fittedNet(const QuadMesh& cage, const TriangleMesh& clay, const NearestTriangle& tree,
+                       const CreaseMap& creases, int rounds, int threads, const WorkPart& part) {
+  const QuadTopology topology(cage);
+  const PatchNet net(topology, cage);
   Table at = straightNet(net, cage);
-  Pull forth, back;
+  Pull forth, back, lines;
   forth.set(placesOf(net, cage.quads.size()));
-  const Rows bends = bendsOf(net, cage.quads.size(), at), turnedBends = bends.transpose();
+  lines.set(creasePlaces(net, topology, cage.corners));
+  const size_t endsAt = lines.targets.size() - 3 * cage.corners.size();
+  for (size_t i = endsAt; i < lines.targets.size(); ++i)
+    lines.targets[i] = {cage.positions[cage.corners[(i - endsAt) / 3]], Vec3d::Unit(int((i - endsAt) % 3)), kAtEnds};
+  // Quads that a crease touches: what lies beyond it is another face.
+  std::vector<double> leastFacing(cage.quads.size(), 0);
+  for (size_t f = 0; f < cage.quads.size(); ++f)
+    for (const uint32_t v : cage.quads[f])
+      if (topology.creasesAt(v) != 0) leastFacing[f] = kFacing;
+  const Rows bends = bendsOf(net, topology, at), turnedBends = bends.transpose();
 
   std::vector<Vec3d> allNormals(clay.positions.size(), Vec3d::Zero());
   Eigen::AlignedBox3d box;
   for (const auto& t : clay.triangles)
     for (const uint32_t v : t) allNormals[v] += areaOfTriangle(clay, t);
   for (const Vec3d& each : clay.positions) box.extend(each);
-  const double far = kFar * box.sizes().maxCoeff();
+  const double far = kFar * box.sizes().maxCoeff(), mostOff = kGap * box.sizes().maxCoeff();
   // As many places of the clay as of the patches: what they miss pulls them.
   std::vector<Vec3d> points, normals;
   const double stride = std::max(1.0, double(clay.positions.size()) / double(forth.targets.size()));
@@ -250,7 +308,7 @@ PatchSurface fittedNet(const QuadMesh& cage, const TriangleMesh& clay, const Nea
   }
   const double share = double(forth.targets.size() + points.size()) / double(net.vertexCount());
 
-  std::vector<uint32_t> hints(forth.targets.size(), UINT32_MAX);
+  std::vector<uint32_t> hints(forth.targets.size(), UINT32_MAX), lineHints(lines.targets.size(), UINT32_MAX);
   Table there, pull, held, bent;
   int done = 0;
   const auto look = [&] {
@@ -268,11 +326,24 @@ PatchSurface fittedNet(const QuadMesh& cage, const TriangleMesh& clay, const Nea
             const PatchSurface::Tangents tangents = now.tangentsAt(static_cast<uint32_t>(i / (kPerSide * kPerSide)),
                                                                    (in / kPerSide + 0.5) * kPatchSpans / kPerSide,
                                                                    (in % kPerSide + 0.5) * kPatchSpans / kPerSide);
-            to.weight = tangents.u.cross(tangents.v).dot(to.normal) >= 0 ? weightOf((to.at - from).norm(), far) : 0;
+            const Vec3d facing = tangents.u.cross(tangents.v);
+            to.weight = facing.dot(to.normal) >= leastFacing[i / (kPerSide * kPerSide)] * facing.norm()
+                            ? weightOf((to.at - from).norm(), far)
+                            : 0;
           }
         },
         kBlock);
-    back.set(placesNearest(net, now, points, normals, threads));
+    multiply(lines.rows(), at, there, threads);
+    for (size_t i = 0; i < endsAt; i += 2) {
+      const Vec3d from = there.row(Eigen::Index(i)).transpose();
+      const CreaseMap::Hit hit = creases.nearest(from, lineHints[i]);
+      // In a gap that was bridged there is none.
+      const bool isThere = hit.squared < mostOff * mostOff;
+      const Vec3d across = hit.along.unitOrthogonal();
+      lines.targets[i] = {hit.mm, across, isThere ? kOnLines : 0};
+      lines.targets[i + 1] = {hit.mm, hit.along.cross(across), isThere ? kOnLines : 0};
+    }
+    back.set(placesNearest(net, now, points, normals, leastFacing, threads));
     multiply(back.rows(), at, there, threads);
     for (size_t i = 0; i < points.size(); ++i)
       back.targets[i] = {points[i], normals[i],
@@ -284,6 +355,7 @@ PatchSurface fittedNet(const QuadMesh& cage, const TriangleMesh& clay, const Nea
       pull.setZero(x.rows(), 3);
       forth.add(x, missed, stage.along, pull, threads);
       back.add(x, missed, stage.along, pull, threads);
+      lines.add(x, missed, 0, pull, threads);
       multiply(bends, x, held, threads);
       multiply(turnedBends, held, bent, threads);
       pull += stiff * bent;
@@ -293,6 +365,7 @@ PatchSurface fittedNet(const QuadMesh& cage, const TriangleMesh& clay, const Nea
       Eigen::VectorXd diagonal = Eigen::VectorXd::Constant(at.rows(), 1e-9);
       forth.addDiagonal(stage.along, diagonal);
       back.addDiagonal(stage.along, diagonal);
+      lines.addDiagonal(0, diagonal);
       for (Eigen::Index i = 0; i < bends.rows(); ++i)
         for (Rows::InnerIterator it(bends, i); it; ++it) diagonal[it.col()] += stiff * it.value() * it.value();
       const Eigen::VectorXd inverse = diagonal.cwiseInverse();

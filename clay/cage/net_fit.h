@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "clay/base/work_part.h"
+#include "clay/cage/crease_map.h"
 #include "clay/cage/patch_net.h"
 #include "clay/mesh/nearest_triangle.h"
 #include "clay/mesh/triangle_mesh.h"
@@ -13,9 +14,10 @@ namespace argil::clay {
 /// Least squares of the patches of a cage to a clay's surface, both ways; two closed meshes, the cage's vertices on the
 /// surface. Places of the patches are drawn to the planes of the clay that are nearest to them, vertices of the clay
 /// draw what is nearest to them; both are looked for again each round, with a stiffness that falls. Pairs whose sides
-/// face opposite ways count nothing, and what lies far off counts more. `rounds` of each stiffness, 1 to 100. The same
+/// face opposite ways count nothing, and what lies far off counts more. Creases of the cage are drawn to those of the
+/// clay. `rounds` of each stiffness, 1 to 100. The same
 /// for any count of threads. Throws Cancelled. Method: NOTES.md.
 [[nodiscard]] PatchSurface fittedNet(const QuadMesh& cage, const TriangleMesh& clay, const NearestTriangle& tree,
-                                     int rounds, int threads, const WorkPart& part);
+                                     const CreaseMap& creases, int rounds, int threads, const WorkPart& part);
 
 }  // namespace argil::clay

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_map>
 
 #include "clay/base/parallel.h"
 #include "clay/mesh/nearest_triangle.h"
@@ -11,6 +12,8 @@ namespace argil::clay {
 namespace {
 
 constexpr int kBlock = 256;
+// Of what is around a place: a triangle that is less has no side. So has the last one in a corner of half a turn.
+constexpr double kFold = 0.005;
 
 OneWay summed(std::vector<double> squared, const std::vector<Vec3d>& places) {
   OneWay way;
@@ -67,27 +70,71 @@ Vec3d areaOf(const TriangleMesh& mesh, const std::array<uint32_t, 3>& t) {
   return (mesh.positions[t[1]] - mesh.positions[t[0]]).cross(mesh.positions[t[2]] - mesh.positions[t[0]]);
 }
 
-// Of each vertex the sum of what is around it.
-std::vector<Vec3d> normalsOf(const TriangleMesh& mesh) {
-  std::vector<Vec3d> normals(mesh.positions.size(), Vec3d::Zero());
-  for (const auto& t : mesh.triangles)
-    for (const uint32_t v : t) normals[v] += areaOf(mesh, t);
-  return normals;
+// Normals at the vertices of meshOf(), not of length one: the sum of what is around each, on creases of the same patch.
+class PatchNormals {
+ public:
+  explicit PatchNormals(const TriangleMesh& mesh) : mesh_(mesh), onCrease_(mesh.positions.size()) { sum(); }
+  PatchNormals(const PatchSurface& surface, const TriangleMesh& mesh, int perSpan)
+      : mesh_(mesh),
+        perPatch_(2 * size_t(kPatchSpans * perSpan) * size_t(kPatchSpans * perSpan)),
+        onCrease_(mesh.positions.size()) {
+    const QuadTopology topology(surface.cage);
+    // As meshOf() numbers them: corners, then those between along each edge.
+    const auto between = size_t(kPatchSpans * perSpan - 1);
+    for (size_t e = 0; e < topology.edges().size(); ++e) {
+      const QuadTopology::Edge& edge = topology.edges()[e];
+      if (!edge.crease) continue;
+      onCrease_[edge.from] = onCrease_[edge.to] = true;
+      for (size_t i = 0; i < between; ++i) onCrease_[topology.vertexCount() + e * between + i] = true;
+    }
+    sum();
+  }
+  // At a corner of a triangle.
+  [[nodiscard]] const Vec3d& at(size_t triangle, size_t corner) const {
+    const uint32_t v = mesh_.triangles[triangle][corner];
+    return onCrease_[v] ? ofPatch_.at(key(triangle, v)) : sums_[v];
+  }
+
+ private:
+  void sum() {
+    sums_.resize(mesh_.positions.size(), Vec3d::Zero());
+    for (size_t t = 0; t < mesh_.triangles.size(); ++t) {
+      const Vec3d area = areaOf(mesh_, mesh_.triangles[t]);
+      for (const uint32_t v : mesh_.triangles[t]) (onCrease_[v] ? ofPatch_[key(t, v)] : sums_[v]) += area;
+    }
+  }
+  [[nodiscard]] uint64_t key(size_t triangle, uint32_t vertex) const {
+    return uint64_t{triangle / perPatch_} << 32 | vertex;
+  }
+  struct Zero : Vec3d {
+    Zero() : Vec3d(Vec3d::Zero()) {}
+  };
+  const TriangleMesh& mesh_;
+  size_t perPatch_ = 1;
+  std::vector<bool> onCrease_;
+  std::vector<Vec3d> sums_;
+  std::unordered_map<uint64_t, Zero> ofPatch_;
+};
+
+std::vector<uint32_t> foldsOf(const TriangleMesh& mesh, const PatchNormals& normals) {
+  std::vector<uint32_t> folds;
+  for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Vec3d area = areaOf(mesh, mesh.triangles[t]);
+    for (size_t s = 0; s < 3; ++s)
+      if (area.dot(normals.at(t, s)) < -kFold * normals.at(t, s).squaredNorm()) folds.push_back(mesh.triangles[t][s]);
+  }
+  std::sort(folds.begin(), folds.end());
+  folds.erase(std::unique(folds.begin(), folds.end()), folds.end());
+  return folds;
 }
 
 }  // namespace
 
 std::vector<uint32_t> foldsOf(const TriangleMesh& mesh) {
-  const std::vector<Vec3d> normals = normalsOf(mesh);
-  std::vector<uint32_t> folds;
-  for (const auto& t : mesh.triangles) {
-    const Vec3d area = areaOf(mesh, t);
-    for (const uint32_t v : t)
-      if (area.dot(normals[v]) < 0) folds.push_back(v);
-  }
-  std::sort(folds.begin(), folds.end());
-  folds.erase(std::unique(folds.begin(), folds.end()), folds.end());
-  return folds;
+  return foldsOf(mesh, PatchNormals(mesh));
+}
+std::vector<uint32_t> foldsOf(const PatchSurface& surface, const TriangleMesh& mesh, int perSpan) {
+  return foldsOf(mesh, PatchNormals(surface, mesh, perSpan));
 }
 
 TriangleMesh meshOf(const PatchSurface& surface, int perSpan) {
@@ -95,7 +142,7 @@ TriangleMesh meshOf(const PatchSurface& surface, int perSpan) {
   const int side = kPatchSpans * perSpan;
   const double step = 1.0 / perSpan;
   // Places of sides are those of both quads, to the last bits: welded by what they are numbered by.
-  const QuadTopology topology(surface.cage.positions.size(), surface.cage.quads);
+  const QuadTopology topology(surface.cage);
   const auto corners = static_cast<uint32_t>(surface.cage.positions.size());
   const auto edges = static_cast<uint32_t>(topology.edges().size());
   const auto perEdge = static_cast<uint32_t>(side - 1);
@@ -146,16 +193,16 @@ PatchDeviation deviationOf(const PatchSurface& surface, const TriangleMesh& clay
   const double apart = box.sizes().maxCoeff() / 50;
   deviation.far = thinned(std::move(far), apart);
   Far folds;
-  for (const uint32_t v : foldsOf(mesh)) folds.push_back({mesh.positions[v], 0});
+  for (const uint32_t v : foldsOf(surface, mesh, perSpan)) folds.push_back({mesh.positions[v], 0});
   for (const PatchDeviation::Place& each : thinned(std::move(folds), apart)) deviation.foldsMm.push_back(each.mm);
   // A surface that turns evenly by t from place to place, l apart, strays from the triangles between them by l·t/4 at
   // most (what lies under a right-angled one on a ball), and so does the other.
-  const std::vector<Vec3d> normals = normalsOf(mesh);
-  for (const auto& t : mesh.triangles)
+  const PatchNormals normals(surface, mesh, perSpan);
+  for (size_t t = 0; t < mesh.triangles.size(); ++t)
     for (size_t s = 0; s < 3; ++s) {
-      const uint32_t from = t[s], to = t[(s + 1) % 3];
+      const uint32_t from = mesh.triangles[t][s], to = mesh.triangles[t][(s + 1) % 3];
       const double bend = 0.5 * (mesh.positions[from] - mesh.positions[to]).norm() *
-                          normals[from].normalized().cross(normals[to].normalized()).norm();
+                          normals.at(t, s).normalized().cross(normals.at(t, (s + 1) % 3).normalized()).norm();
       deviation.boundMm = std::max(deviation.boundMm, std::sqrt(std::max(there[from], there[to])) + bend);
     }
   return deviation;

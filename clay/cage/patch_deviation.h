@@ -39,8 +39,10 @@ inline constexpr size_t kMostFarPlaces = 10;
 [[nodiscard]] PatchDeviation deviationOf(const PatchSurface& surface, const TriangleMesh& clay, int perSpan,
                                          int threads, const WorkPart& part, double limitMm = HUGE_VAL);
 
-/// Places of such a mesh where a triangle faces against what is around it: where it folds. By vertices, each once.
+/// Places of a mesh where a triangle faces against what is around it: where it folds. By vertices, each once.
 [[nodiscard]] std::vector<uint32_t> foldsOf(const TriangleMesh& mesh);
+/// The same of meshOf(surface, perSpan), each side of its creases for itself.
+[[nodiscard]] std::vector<uint32_t> foldsOf(const PatchSurface& surface, const TriangleMesh& mesh, int perSpan);
 
 /// Triangles between `perSpan`² places a span, counter-clockwise seen from outside, closed.
 [[nodiscard]] TriangleMesh meshOf(const PatchSurface& surface, int perSpan);

@@ -35,10 +35,14 @@ using Weights = std::vector<std::pair<uint32_t, double>>;
 /// Where four quads meet everywhere around, a patch is the uniform bicubic B-spline of the net, as the limit of
 /// Catmull–Clark is; around a vertex of another valence it is that limit's approximation by Loop and Schaefer (2008)
 /// with the two spans beside it corrected, so that tangent planes are one along every side: side curves are quadratic
-/// in the first span, across them λ(t) = 2 cos(2π/n) (1 − t)² (after Peters 2000). Method: NOTES.md.
+/// in the first span, across them λ(t) = 2 cos(2π/n) (1 − t)² (after Peters 2000). A crease is the cubic B-spline of
+/// its own net vertices; patches meet along it at any angle, and those on one side of it with one tangent plane as
+/// everywhere. At the ends of creases, and where a line of them turns, it goes through the net's vertex. Method:
+/// NOTES.md.
 class PatchNet {
  public:
-  explicit PatchNet(const QuadTopology& topology);
+  /// `cage`: that of the topology; its positions say what angles there are between creases.
+  PatchNet(const QuadTopology& topology, const QuadMesh& cage);
 
   [[nodiscard]] size_t vertexCount() const { return vertices_; }
   /// Index of a net vertex: 0 to kPatchSpans along both sides of a quad.
@@ -49,7 +53,17 @@ class PatchNet {
   [[nodiscard]] Weights at(uint32_t patch, double u, double v) const;
 
  private:
-  void correct(const QuadTopology& topology, uint32_t vertex);
+  // Quads that lie between two edges of a vertex, both of them creases, or all around it.
+  struct Fan {
+    uint32_t vertex = 0;
+    size_t first = 0, quads = 0;  // by spokes
+    bool closed = false;
+    double angle = 0;
+  };
+  static double angleOf(const QuadTopology& topology, const QuadMesh& cage, const Fan& fan);
+  void placeCreases(const QuadTopology& topology, const QuadMesh& cage);
+  void correctBeside(const QuadTopology& topology, const QuadMesh& cage, uint32_t vertex);
+  void correctFan(const QuadTopology& topology, const Fan& fan);
   uint32_t& inner(uint32_t quad, int i, int j) { return patches_[quad][size_t(i) + 1][size_t(j) + 1]; }
   uint32_t edgePoint(uint32_t edge, int k) const { return firstEdge_ + edge * uint32_t(2 * kPatchSpans) + uint32_t(k); }
 

@@ -7,7 +7,8 @@
 
 namespace argil::clay {
 
-QuadTopology::QuadTopology(size_t vertices, std::vector<std::array<uint32_t, 4>> quads)
+QuadTopology::QuadTopology(size_t vertices, std::vector<std::array<uint32_t, 4>> quads,
+                           const std::vector<uint8_t>& creases)
     : quads_(std::move(quads)), edgesOf_(quads_.size()) {
   constexpr const char* kOpen = "a mesh of quads that is not closed: each side needs one quad on its other side";
   const auto key = [](uint32_t a, uint32_t b) { return uint64_t{a} << 32 | b; };
@@ -25,7 +26,9 @@ QuadTopology::QuadTopology(size_t vertices, std::vector<std::array<uint32_t, 4>>
       if (a > b) continue;
       const auto [quad, side] = other->second;
       edgesOf_[f][s] = edgesOf_[quad][side] = static_cast<uint32_t>(edges_.size());
-      edges_.push_back({a, b, {f, quad}, {s, side}});
+      const bool crease = !creases.empty() && (creases[f] >> s & 1) != 0;
+      if (!creases.empty() && crease != ((creases[quad] >> side & 1) != 0)) throw Error("a crease with one side");
+      edges_.push_back({a, b, {f, quad}, {s, side}, crease});
     }
 
   std::vector<std::pair<uint32_t, uint8_t>> any(vertices, {UINT32_MAX, 0});
@@ -50,9 +53,18 @@ QuadTopology::QuadTopology(size_t vertices, std::vector<std::array<uint32_t, 4>>
   first_.push_back(spokes_.size());
 }
 
+size_t QuadTopology::creasesAt(uint32_t vertex) const {
+  size_t count = 0;
+  for (size_t k = 0; k < valence(vertex); ++k) count += edges_[spokes(vertex)[k].edge].crease;
+  return count;
+}
+
 size_t QuadTopology::irregular() const {
   size_t count = 0;
-  for (uint32_t v = 0; v < vertexCount(); ++v) count += valence(v) != 4;
+  for (uint32_t v = 0; v < vertexCount(); ++v) {
+    const size_t creases = creasesAt(v);
+    count += valence(v) != 4 && (creases == 0 || creases == 2);
+  }
   return count;
 }
 

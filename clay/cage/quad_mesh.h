@@ -12,6 +12,9 @@ namespace argil::clay {
 struct QuadMesh {
   std::vector<Vec3d> positions;                ///< mm.
   std::vector<std::array<uint32_t, 4>> quads;  ///< Counter-clockwise seen from outside.
+  /// Which sides are creases: bit s of each quad for its side s, the same from both quads. Empty: none.
+  std::vector<uint8_t> creases = {};
+  std::vector<uint32_t> corners = {};  ///< Vertices where a line of creases turns sharply.
 };
 
 /// What is beside what in a closed mesh of quads. Side s of a quad goes from its corner s to the next.
@@ -19,12 +22,14 @@ class QuadTopology {
  public:
   /// Throws Error where a side has no partner that goes the other way, or more than one, and where the quads around a
   /// vertex are not one fan.
-  QuadTopology(size_t vertices, std::vector<std::array<uint32_t, 4>> quads);
+  QuadTopology(size_t vertices, std::vector<std::array<uint32_t, 4>> quads, const std::vector<uint8_t>& creases = {});
+  explicit QuadTopology(const QuadMesh& mesh) : QuadTopology(mesh.positions.size(), mesh.quads, mesh.creases) {}
 
   struct Edge {
     uint32_t from = 0, to = 0;
     std::array<uint32_t, 2> quad{};  ///< The first has it from `from` to `to`, the second the other way.
     std::array<uint8_t, 2> side{};
+    bool crease = false;
   };
   /// A quad around a vertex, and the edge that leaves the vertex as side `corner` of it.
   struct Spoke {
@@ -41,7 +46,9 @@ class QuadTopology {
   /// Counter-clockwise seen from outside: quad k lies between edge k and edge k + 1.
   [[nodiscard]] size_t valence(uint32_t vertex) const { return first_[vertex + 1] - first_[vertex]; }
   [[nodiscard]] const Spoke* spokes(uint32_t vertex) const { return &spokes_[first_[vertex]]; }
-  /// Vertices of another valence than 4.
+  /// How many creases end at a vertex.
+  [[nodiscard]] size_t creasesAt(uint32_t vertex) const;
+  /// Vertices of another valence than 4, where no creases end.
   [[nodiscard]] size_t irregular() const;
 
  private:

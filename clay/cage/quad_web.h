@@ -14,7 +14,7 @@ namespace argil::clay {
 /// is what would leave a vertex of fewer than 3 or more than kMostAround quads. One thread.
 class QuadWeb {
  public:
-  static constexpr size_t kMostAround = 6;
+  static constexpr size_t kMostAround = 6, kMostOnCrease = 8;
 
   /// Throws Error for a mesh that is not closed.
   explicit QuadWeb(QuadMesh mesh);
@@ -29,17 +29,31 @@ class QuadWeb {
   void move(uint32_t vertex, const Vec3d& to) { positions_[vertex] = to; }
   /// Quads around a vertex, in no order; empty when it is gone.
   [[nodiscard]] const std::vector<uint32_t>& around(uint32_t vertex) const { return around_[vertex]; }
+  /// Of a quad, which sides are creases, by bits.
+  [[nodiscard]] uint8_t creases(uint32_t quad) const { return creases_[quad]; }
+  /// Those of its neighbours that a crease leads to, in no order.
+  void alongCreases(uint32_t vertex, std::vector<uint32_t>& out) const;
+  /// Stays on its place whatever becomes of its line: ends of creases, where several meet, and what was marked.
+  [[nodiscard]] bool isCorner(uint32_t vertex) const;
+  void markCorner(uint32_t vertex, bool isOne = true) { marked_[vertex] = isOne; }
+  [[nodiscard]] bool isOnCrease(uint32_t vertex) const { return creasesAt(vertex) != 0; }
   /// Vertices at the other ends of its edges, in no order.
   void beside(uint32_t vertex, std::vector<uint32_t>& out) const;
 
   /// How much nearer to four quads around every vertex the mesh would be, Σ (n − 4)² before less after; none where the
-  /// change is refused.
+  /// change is refused. On a crease the quads between two of its edges count for themselves: two on a line, at a corner
+  /// one for each right angle.
   [[nodiscard]] std::optional<int> gainOfCollapse(uint32_t quad, int corner) const;
   /// Corner and the one opposite become one vertex, which is returned (the corner's), and the quad is gone; where that
   /// leaves two quads around another vertex these become one. Only what gainOfCollapse() allows.
   uint32_t collapse(uint32_t quad, int corner);
+  /// A quad whose four vertices have three quads each lies within another, to which it and the four around it become.
+  /// Whether it was one.
+  bool removeInset(uint32_t quad);
   /// The edge that leaves `corner` turns within the six vertices around it, `step` 1 or −1.
-  [[nodiscard]] std::optional<int> gainOfTurn(uint32_t quad, int corner, int step) const;
+  /// `last`: a line will lose no more edges, so that one quad alone on a side of it, whose corner is half a turn, is
+  /// worse than anything else.
+  [[nodiscard]] std::optional<int> gainOfTurn(uint32_t quad, int corner, int step, bool last = false) const;
   void turn(uint32_t quad, int corner, int step);
   /// Where the edge goes then.
   [[nodiscard]] std::array<uint32_t, 2> endsOfTurn(uint32_t quad, int corner, int step) const;
@@ -49,10 +63,23 @@ class QuadWeb {
 
  private:
   static constexpr uint32_t kGone = UINT32_MAX;
+  static constexpr int kHalfTurn = 6;
   struct Six {
     uint32_t other = 0;                // the quad on the other side
     std::array<uint32_t, 6> vertices;  // around both, the edge from 0 to 3
   };
+  // Quads between two creases at a vertex, and how many would be right; all around it where none is.
+  struct Sector {
+    int count = 0, right = 4;
+    [[nodiscard]] int uneven(int more = 0, bool last = false) const {
+      const int off = count + more - right;
+      return last && right == 2 && off == -1 ? kHalfTurn : off * off;
+    }
+  };
+  [[nodiscard]] Sector sectorOf(uint32_t vertex, uint32_t quad) const;
+  [[nodiscard]] size_t creasesAt(uint32_t vertex) const;
+  [[nodiscard]] bool isCrease(uint32_t quad, int side) const { return (creases_[quad] >> (side & 3) & 1) != 0; }
+  void setCrease(uint32_t from, uint32_t to, bool crease);
   [[nodiscard]] uint32_t across(uint32_t from, uint32_t to) const;
   [[nodiscard]] Six sixAround(uint32_t quad, int corner) const;
   [[nodiscard]] bool areBeside(uint32_t a, uint32_t b) const;
@@ -60,6 +87,8 @@ class QuadWeb {
 
   std::vector<Vec3d> positions_;
   std::vector<std::array<uint32_t, 4>> quads_;
+  std::vector<uint8_t> creases_;
+  std::vector<bool> marked_;
   std::vector<std::vector<uint32_t>> around_;
   size_t alive_ = 0;
 };

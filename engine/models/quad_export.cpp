@@ -45,7 +45,7 @@ std::array<uint8_t, 3> colourAt(const clay::TriangleMesh& surface, const std::ve
 io::TexturedObject objectOf(const Piece& piece, const ModelExport& what, const clay::WorkPart& part, Job* job,
                             std::vector<std::string>& sentences) {
   const int threads = clay::threadCount(0);
-  const clay::CageMaker maker(piece.version, *what.quads, threads, part.part(0, 0.2));
+  const clay::CageMaker maker(piece.version, *what.quads, false, threads, part.part(0, 0.2));
   io::TexturedObject out;
   out.name = piece.name;
   out.colour = colourOf(piece.colour);

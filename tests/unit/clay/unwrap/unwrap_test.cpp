@@ -205,7 +205,7 @@ TEST(Unwrap, AQuadIsCutAlongTheDiagonalThatKeepsBothTrianglesUpright) {
 
 TEST(FitQuads, FlatQuadsLieAroundTheSurfaceAndNotInsideIt) {
   const Version ball = makeSphere(Store::make(), grid(), Vec3d::Zero(), 20);
-  const CageMaker maker(ball, 150, 1, WorkPart(nullptr));
+  const CageMaker maker(ball, 150, false, 1, WorkPart(nullptr));
   QuadMesh mesh = maker.make(WorkPart(nullptr)).mesh;
   const auto rms = [&](const QuadMesh& quads) { return deviation(maker.surface(), trianglesOf(quads)).rmsMm; };
   const double before = rms(mesh);
@@ -223,7 +223,7 @@ TEST(FitQuads, FlatQuadsLieAroundTheSurfaceAndNotInsideIt) {
 TEST(FitQuads, NothingBecomesWorse) {
   const Version thin = combine(makeBlock(Store::make(), grid(), Vec3d::Zero(), {40, 30, 1.5}, 0),
                                makeSphere(Store::make(), grid(), {0, 0, 8}, 7), Combination::join);
-  const CageMaker maker(thin, 60, 1, WorkPart(nullptr));
+  const CageMaker maker(thin, 60, false, 1, WorkPart(nullptr));
   const QuadMesh cage = maker.make(WorkPart(nullptr)).mesh;
   const auto off = [&](const QuadMesh& mesh) {
     double sum = 0;
@@ -252,7 +252,7 @@ TEST(FitQuads, NothingBecomesWorse) {
 
 struct Baked {
   Version version = makeSphere(Store::make(), grid(), {3, -2, 1}, 20);
-  CageMaker maker{version, 200, 1, WorkPart(nullptr)};
+  CageMaker maker{version, 200, false, 1, WorkPart(nullptr)};
   QuadMesh mesh = maker.make(WorkPart(nullptr)).mesh;
   UvMap map = unwrapped(mesh, {}, WorkPart(nullptr));
   UvFrames frames = framesOf(mesh, map);

@@ -1,0 +1,183 @@
+// Creases of a clay as edges of its cage and of its patches.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <random>
+
+#include "clay/cage/cage_maker.h"
+#include "clay/cage/crease_map.h"
+#include "clay/cage/fit_cage.h"
+#include "clay/cage/quad_web.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
+#include "clay/surface/surface.h"
+#include "clay/whole/boolean.h"
+
+namespace argil::clay {
+namespace {
+
+const Vec3d kMiddle(1, 2, 3), kSize(60, 40, 30);
+constexpr double kBore = 12;
+
+Grid grid(double voxelMm = 0.5) {
+  Grid grid;
+  grid.voxelMm = voxelMm;
+  return grid;
+}
+Version boredBlock() {
+  return combine(makeBlock(Store::make(), grid(), kMiddle, kSize, 0),
+                 makeCylinder(Store::make(), grid(), kMiddle, kBore, 60), Combination::cut);
+}
+Surface fine(const Version& version) {
+  Surface surface(true, Grade::fine);
+  surface.update(version);
+  return surface;
+}
+
+// How far a place lies off the twelve edges of the block and the two circles of the bore.
+double offEdges(const Vec3d& mm) {
+  const Vec3d p = (mm - kMiddle).cwiseAbs(), half = kSize / 2;
+  double least = std::hypot(std::hypot(p.x(), p.y()) - kBore, p.z() - half.z());
+  for (int axis = 0; axis < 3; ++axis) {
+    const int a = (axis + 1) % 3, b = (axis + 2) % 3;
+    const double along = std::max(p[axis] - half[axis], 0.0);
+    least = std::min(least, Vec3d(p[a] - half[a], p[b] - half[b], along).norm());
+  }
+  return least;
+}
+
+TEST(CreaseMap, HasTheEdgesOfTheClay) {
+  const CreaseMap map(fine(boredBlock()), 10);
+  double length = 0, most = 0, sum = 0;
+  for (const Vec3d& each : map.places()) {
+    most = std::max(most, offEdges(each));
+    sum += offEdges(each) * offEdges(each);
+  }
+  EXPECT_LT(most, 0.25);
+  EXPECT_LT(std::sqrt(sum / double(map.places().size())), 0.03);
+  // Whatever lies on an edge has a crease beside it, along the edge.
+  uint32_t hint = UINT32_MAX;
+  for (double x = -29; x < 29; x += 0.37) {
+    const CreaseMap::Hit hit = map.nearest(kMiddle + Vec3d(x, 20, -15), hint);
+    EXPECT_LT(hit.squared, 0.01);
+    EXPECT_GT(std::abs(hit.along.x()), 0.9) << x;
+    ++length;
+  }
+  // A corner of the block, once.
+  const std::optional<uint32_t> corner = map.cornerNear(kMiddle + Vec3d(29.5, 19.6, 15), 1, {});
+  ASSERT_TRUE(corner);
+  EXPECT_LT((map.corner(*corner) - (kMiddle + kSize / 2)).norm(), 0.05);
+  EXPECT_FALSE(map.cornerNear(kMiddle + Vec3d(0, 20, 15), 5, {}));
+}
+
+TEST(CreaseMap, HasNoneWhereClayIsRound) {
+  EXPECT_TRUE(CreaseMap(fine(makeSphere(Store::make(), grid(), kMiddle, 20)), 1).empty());
+  EXPECT_TRUE(CreaseMap(fine(makeBlock(Store::make(), grid(), kMiddle, kSize, 4)), 1).empty());
+  // Nor where it is too short.
+  EXPECT_TRUE(CreaseMap(fine(boredBlock()), 10000).empty());
+}
+
+// Of each vertex how many creases end there; those of two are lines.
+std::map<size_t, int> ends(const QuadMesh& mesh) {
+  const QuadTopology topology(mesh);
+  std::map<size_t, int> count;
+  for (uint32_t v = 0; v < topology.vertexCount(); ++v) ++count[topology.creasesAt(v)];
+  return count;
+}
+
+TEST(CreaseMap, MarksClosedLinesOnACoarseMesh) {
+  const Version version = boredBlock();
+  const CreaseMap map(fine(version), 10);
+  QuadMesh mesh = quadsOf(fine(version));
+  map.mark(mesh);
+  std::map<size_t, int> count = ends(mesh);
+  EXPECT_EQ(count[3], 8) << "corners of the block";
+  EXPECT_GT(count[2], 500);
+  EXPECT_EQ(count[1] + count[4], 0);
+  const QuadTopology topology(mesh);
+  for (const QuadTopology::Edge& edge : topology.edges()) {
+    if (!edge.crease) continue;
+    EXPECT_LT(offEdges(0.5 * (mesh.positions[edge.from] + mesh.positions[edge.to])), 0.5);
+  }
+}
+
+// Lines keep their corners and stay whole, whatever is done to the mesh: as many vertices at which three creases meet,
+// none at which one ends, and the same count of closed lines.
+TEST(QuadWeb, CreasesStayLinesBetweenTheSameCorners) {
+  const Version version = combine(makeBlock(Store::make(), grid(1), kMiddle, kSize, 0),
+                                  makeCylinder(Store::make(), grid(1), kMiddle, kBore, 60), Combination::cut);
+  QuadMesh mesh = quadsOf(fine(version));
+  CreaseMap(fine(version), 10).mark(mesh);
+  std::map<size_t, int> before = ends(mesh);
+  ASSERT_EQ(before[3], 8);
+  for (unsigned seed = 0; seed < 4; ++seed) {
+    QuadWeb web(mesh);
+    std::mt19937 random(seed);
+    size_t shorter = 0;
+    const auto creases = [&] {
+      size_t count = 0;
+      for (uint32_t f = 0; f < web.quads(); ++f)
+        for (int s = 0; web.isThere(f) && s < 4; ++s) count += web.creases(f) >> s & 1;
+      return count;
+    };
+    for (int i = 0; i < 80000; ++i) {
+      const auto f = static_cast<uint32_t>(random() % web.quads());
+      if (!web.isThere(f)) continue;
+      const int corner = static_cast<int>(random() % 4), step = random() % 2 ? 1 : -1;
+      if (random() % 3 != 0) {
+        if (web.gainOfTurn(f, corner, step)) web.turn(f, corner, step);
+      } else if (web.gainOfCollapse(f, corner)) {
+        const auto q = web.quad(f);
+        const bool both = web.isOnCrease(q[size_t(corner)]) && web.isOnCrease(q[size_t(corner + 2) & 3]);
+        const size_t now = both ? creases() : 0;
+        web.collapse(f, corner);
+        if (both) {
+          EXPECT_EQ(creases(), now - 4);  // two edges, from either side
+          ++shorter;
+        }
+      } else {
+        (void)web.removeInset(f);
+      }
+    }
+    const QuadMesh left = web.mesh();
+    std::map<size_t, int> after = ends(left);  // throws where the two sides of an edge disagree
+    EXPECT_EQ(after[3], 8) << seed;
+    EXPECT_EQ(after[1] + after[4] + after[5], 0) << seed;
+    EXPECT_LT(after[2], before[2]) << seed;
+    EXPECT_GT(shorter, 5u) << seed;
+    EXPECT_LT(left.quads.size(), mesh.quads.size() / 2) << seed;
+  }
+}
+
+TEST(FitPatches, FollowCreases) {
+  const FittedPatches made = fitPatches(boredBlock(), 300, 2, WorkPart(nullptr));
+  const QuadTopology topology(made.surface.cage);
+  double most = 0, length = 0;
+  for (const QuadTopology::Edge& edge : topology.edges())
+    for (int k = 0; edge.crease && k < 32; ++k) {
+      const auto at = [&](int i) {
+        const double t = kPatchSpans * i / 32.0, whole = kPatchSpans;
+        const double places[4][2] = {{t, 0}, {whole, t}, {whole - t, whole}, {0, whole - t}};
+        return made.surface.at(edge.quad[0], places[edge.side[0]][0], places[edge.side[0]][1]);
+      };
+      most = std::max(most, offEdges(at(k)));
+      length += (at(k + 1) - at(k)).norm();
+    }
+  const double whole = 4 * kSize.sum() + 4 * M_PI * kBore;
+  std::printf("%zu faces; creases %.1f of %.1f mm, %.4f mm off at most; faces %.4f, clay %.4f\n",
+              made.surface.patches.size(), length, whole, most, made.deviation.fromPatches.max,
+              made.deviation.fromClay.max);
+  EXPECT_LT(most, 0.02);
+  EXPECT_NEAR(length, whole, 0.5);
+  // Without creases 0.064 and 0.063 with a third more faces.
+  EXPECT_LT(made.deviation.fromPatches.max, 0.02);
+  EXPECT_LT(made.deviation.fromClay.max, 0.02);
+  EXPECT_LT(made.deviation.boundMm, 0.03);
+  EXPECT_LT(made.deviation.foldsMm.size(), 4u);
+}
+
+}  // namespace
+}  // namespace argil::clay
