@@ -29,8 +29,8 @@ class CreaseMap {
   };
   /// The nearest place. `hint`: of the place before, UINT32_MAX at first.
   [[nodiscard]] Hit nearest(const Vec3d& mm, uint32_t& hint) const;
-  /// Where creases meet, end or turn sharply: the one nearest to a place within `most` mm, if any.
-  /// By its number; none of those in `but`.
+  /// The number of the nearest corner (where creases meet, end or turn sharply) within `most` mm; none of those in
+  /// `but`.
   [[nodiscard]] std::optional<uint32_t> cornerNear(const Vec3d& mm, double most, const std::set<uint32_t>& but) const;
   [[nodiscard]] const Vec3d& corner(uint32_t number) const { return corners_[number]; }
   /// Fills mesh.creases, for a mesh much finer than a cage, itself of the fine grade: its quads are sorted into faces

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kTries = 3, kMostTries = 6;  // cages: more as long as all of them fold somewhere
 constexpr float kFoldOff = 8;              // a fold counts as so many times what patches lie off on average
-constexpr double kFoldedAllOver = 10;
+constexpr double kFoldedAllOver = 10;      // and so many more times where the count of folds ends
 constexpr int kTryRounds = 2, kRounds = 4;
 constexpr int kTrySpan = 2, kPerSpan = 8;  // places along a span that deviations are taken at
 // Of fitPatchesWithin(): where it begins, how far it goes from try to try, and how much fewer are worth another.
@@ -24,7 +24,7 @@ constexpr double kMostOfMost = 3;  // an outlier may be so many times as far as 
 double scoreOf(const PatchDeviation& deviation) {
   double score = 0;
   for (const OneWay& way : {deviation.fromPatches, deviation.fromClay})
-    score = std::max({score, way.p99, way.max / kMostOfMost});
+    score = !std::isfinite(way.rms) ? HUGE_VAL : std::max({score, way.p99, way.max / kMostOfMost});
   return score;
 }
 
@@ -61,10 +61,23 @@ struct BestCage {
   double score = INFINITY;
   size_t folds = SIZE_MAX;
 
+  [[nodiscard]] bool none() const { return cage.mesh.quads.empty(); }
   // Beside a cage of the other kind: folds weigh as well as distances; where no end of them is seen, most of all.
   [[nodiscard]] double cost() const {
     return score * (1 + double(folds)) * (folds < kMostFarPlaces ? 1 : kFoldedAllOver);
   }
+  // Throws where no cage is possible; with `elsewhere`, one of another kind, it is content with none.
+  void take(bool elsewhere, CageMaker& maker, int tries, int mostTries, int threads, const WorkPart& part) {
+    try {
+      take(maker, tries, mostTries, threads, part);
+    } catch (const Cancelled&) {
+      throw;
+    } catch (const Error&) {
+      if (!elsewhere) throw;
+    }
+  }
+
+ private:
   void take(CageMaker& maker, int tries, int mostTries, int threads, const WorkPart& part) {
     for (int i = 0; i < tries || (i < mostTries && folds > 0); ++i) {
       const int left = i < tries ? tries : mostTries;
@@ -74,8 +87,8 @@ struct BestCage {
           fittedNet(made.mesh, maker.surface(), maker.tree(), maker.creases(), kTryRounds, threads, own.part(0.3, 0.8));
       const PatchDeviation deviation = deviationOf(surface, maker.surface(), kTrySpan, threads, own.part(0.8, 0.9));
       const double now = scoreOf(deviation);
-      const size_t nowFolds = deviation.foldsMm.size();
-      if (nowFolds < folds || (nowFolds == folds && now < score)) {
+      const size_t nowFolds = std::isfinite(now) ? deviation.foldsMm.size() : SIZE_MAX;
+      if (none() || nowFolds < folds || (nowFolds == folds && now < score)) {
         score = now;
         folds = nowFolds;
         cage = std::move(made);
@@ -90,19 +103,13 @@ FittedPatches fitted(const Version& version, size_t most, double limitMm, int th
   BestCage best;
   CageMaker maker(version, most, true, threads, part.part(0, 0.05));
   const bool creased = !maker.creases().empty();
-  try {
-    best.take(maker, kTries, creased ? kTries : kMostTries, threads, part.part(0.05, creased ? 0.3 : 0.6));
-  } catch (const Cancelled&) {
-    throw;
-  } catch (const Error&) {
-    if (!creased) throw;  // so few quads may still do where creases are rounded
-  }
-  if (creased && best.folds > 0) {
+  best.take(creased, maker, kTries, creased ? kTries : kMostTries, threads, part.part(0.05, creased ? 0.3 : 0.6));
+  if (creased && (best.none() || best.folds > 0)) {
     // Creases that cannot be drawn without many folds are rounded.
     CageMaker smooth(version, most, false, threads, part.part(0.3, 0.35));
     BestCage other;
-    other.take(smooth, kTries, kTries, threads, part.part(0.35, 0.6));
-    if (other.cost() < best.cost()) best = std::move(other);
+    other.take(!best.none(), smooth, kTries, kTries, threads, part.part(0.35, 0.6));
+    if (best.none() || (!other.none() && other.cost() < best.cost())) best = std::move(other);
   }
   FittedPatches result;
   result.cage = std::move(best.cage);

@@ -22,12 +22,11 @@ constexpr double kFar = 2e-4;                      // of the clay's size: what l
 constexpr double kMostFar = 60;                    // by its distance, up to so many times
 constexpr double kLeastHeld = 0.5, kMostHeld = 8;  // shares of stiffness, by the length of edges
 constexpr double kFacing = 0.4;                    // cosine between a patch beside a crease and what draws it
-constexpr double kGap =
-    0.02;  // of the clay's size: a crease of the cage that is so far from those of the clay has none
-constexpr double kOnLines = 4, kAtEnds = 8;  // what places of creases and their ends count
-constexpr int kFootSpan = 2;                 // places along a span that the clay's nearest is looked for among
-constexpr int kSteps = 25;                   // of conjugate gradients a round
-constexpr double kSolved = 1e-6;             // of the squared residual
+constexpr double kGap = 0.02;                      // of the clay's size: so far from its creases one is not drawn
+constexpr double kOnLines = 4, kAtEnds = 8;        // what places of creases and their ends count
+constexpr int kFootSpan = 2;                       // places along a span that the clay's nearest is looked for among
+constexpr int kSteps = 25;                         // of conjugate gradients a round
+constexpr double kSolved = 1e-6;                   // of the squared residual
 constexpr int kBlock = 256, kRowBlock = 1024;
 
 using Rows = Eigen::SparseMatrix<double, Eigen::RowMajor>;

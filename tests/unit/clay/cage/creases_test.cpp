@@ -152,6 +152,17 @@ TEST(QuadWeb, CreasesStayLinesBetweenTheSameCorners) {
   }
 }
 
+// As few as go around it: the shape is kept, and its corners with it.
+TEST(FitPatches, OfFewQuadsKeepShapeAndCorners) {
+  const Version block = combine(makeBlock(Store::make(), grid(1), kMiddle, kSize, 0),
+                                makeCylinder(Store::make(), grid(1), kMiddle, kBore, 60), Combination::cut);
+  const FittedPatches made = fitPatches(block, 32, 2, WorkPart(nullptr));
+  EXPECT_LE(made.surface.patches.size(), 32u);
+  EXPECT_EQ(made.cage.shape, 0) << "a body with a hole";
+  EXPECT_GE(made.surface.cage.corners.size(), 8u) << "those of the block";
+  EXPECT_LT(made.deviation.mostMm(), 4);
+}
+
 TEST(FitPatches, FollowCreases) {
   const FittedPatches made = fitPatches(boredBlock(), 300, 2, WorkPart(nullptr));
   const QuadTopology topology(made.surface.cage);
