@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "clay/base/error.h"
+#include "clay/base/joined_sets.h"
 #include "clay/cage/coarsen_quads.h"
 #include "clay/field/region_work.h"
 #include "clay/store/sampler.h"
@@ -21,7 +21,6 @@ constexpr size_t kLeastQuads = 24;
 constexpr double kBeginWith = 20;     // quads for each that is asked for
 constexpr double kFinest = 1.4;       // voxels: nothing finer is looked at
 constexpr double kOfThickness = 0.7;  // an edge is at most so long: four quads go around a limb
-constexpr double kLeastCrease = 2;    // even edges: shorter creases are rounded
 constexpr double kLeastOfEven = 0.25, kLeastRefined = 1.0 / 6;  // of an even edge
 constexpr double kGrowth = 0.35;                                // of sizes, a mm
 constexpr int kGrades = 60;                                     // sweeps until they do, at most
@@ -35,20 +34,14 @@ int64_t shapeOf(uint64_t vertices, uint64_t quads) {
 
 // Vertices that hang together have one number.
 std::vector<uint32_t> bodiesIn(const QuadMesh& mesh, size_t& count) {
-  std::vector<uint32_t> root(mesh.positions.size());
-  std::iota(root.begin(), root.end(), 0u);
-  const auto find = [&](uint32_t v) {
-    while (root[v] != v) v = root[v] = root[root[v]];
-    return v;
-  };
-  count = root.size();
+  JoinedSets joined(mesh.positions.size());
+  count = mesh.positions.size();
   for (const auto& quad : mesh.quads)
-    for (size_t s = 1; s < 4; ++s) {
-      const uint32_t a = find(quad[0]), b = find(quad[s]);
-      if (a != b) root[a] = b, --count;
-    }
-  for (uint32_t v = 0; v < root.size(); ++v) root[v] = find(v);
-  return root;
+    for (size_t s = 1; s < 4; ++s)
+      if (joined.join(quad[0], quad[s])) --count;
+  std::vector<uint32_t> body(mesh.positions.size());
+  for (uint32_t v = 0; v < body.size(); ++v) body[v] = joined.find(v);
+  return body;
 }
 size_t bodiesOf(const QuadMesh& mesh) {
   size_t count = 0;
@@ -120,13 +113,14 @@ CageMaker::CageMaker(const Version& version, size_t most, bool creased, int thre
   // Where there are creases the draft, which cuts them off, would draw the faces beside them away from them.
   Surface own(creased, creased ? Grade::fine : Grade::draft);
   own.update(version, threads);
-  creases_.emplace(own, kLeastCrease * even_);
+  surface_ = own.toMesh();
+  creases_.emplace(own, surface_, even_);
   const Grade grade = creases_->empty() ? Grade::draft : Grade::fine;
   if (creased && creases_->empty()) {
     own = Surface(false);
     own.update(version, threads);
+    surface_ = own.toMesh();
   }
-  surface_ = own.toMesh();
   tree_.emplace(surface_);
   shape_ = shapeOf(own.vertexCount(), own.quadCount());
   const size_t bodies = bodiesOf(quadsOf(own));
@@ -155,7 +149,7 @@ CageMaker::CageMaker(const Version& version, size_t most, bool creased, int thre
     if (bodiesOf(fine_) == bodies) break;
   }
   growCrumbs(fine_, finest_);
-  creases_->mark(fine_);
+  creases_->mark(fine_, *tree_);
   part.step(1);
 }
 

@@ -12,11 +12,14 @@
 
 namespace argil::clay {
 
-/// Where a surface turns by kCreaseDegrees and more, as pieces of lines. Any number of threads may ask.
+/// Where a surface turns by kCreaseDegrees and more, as pieces of lines between its faces. Any number of threads may
+/// ask.
 class CreaseMap {
  public:
-  /// Of a surface of the fine grade with normals. Lines shorter than `leastMm` in all are left out.
-  CreaseMap(const Surface& fine, double leastMm);
+  /// Of a surface of the fine grade with normals, and the mesh that it gives, for cages with edges of about `evenMm`:
+  /// short lines and narrow faces are left out, and so is what ends within a face. Throws Error for a surface that is
+  /// not closed.
+  CreaseMap(const Surface& fine, const TriangleMesh& mesh, double evenMm);
   CreaseMap(const CreaseMap&) = delete;
   CreaseMap& operator=(const CreaseMap&) = delete;
 
@@ -33,15 +36,16 @@ class CreaseMap {
   /// `but`.
   [[nodiscard]] std::optional<uint32_t> cornerNear(const Vec3d& mm, double most, const std::set<uint32_t>& but) const;
   [[nodiscard]] const Vec3d& corner(uint32_t number) const { return corners_[number]; }
-  /// Fills mesh.creases, for a mesh much finer than a cage, itself of the fine grade: its quads are sorted into faces
-  /// that smooth sides hold together, and creases are what lies between two faces. So they form closed networks; those
-  /// that end within a face are left out, and gaps of two or three quads are bridged.
-  void mark(QuadMesh& mesh) const;
+  /// Fills mesh.creases of a closed mesh much finer than a cage: each quad belongs to the face of the clay that most of
+  /// it lies on, and creases are what lies between two faces. So they are closed networks. `tree` searches the mesh
+  /// that this was made of.
+  void mark(QuadMesh& mesh, const NearestTriangle& tree) const;
 
  private:
   void findCorners();
 
-  TriangleMesh pieces_;  // triangles without area
+  TriangleMesh pieces_;         // triangles without area
+  std::vector<uint32_t> face_;  // of each triangle of the surface
   std::vector<Vec3d> corners_;
   std::unique_ptr<NearestTriangle> tree_;
 };

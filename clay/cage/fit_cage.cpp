@@ -14,7 +14,7 @@ namespace {
 constexpr int kTries = 3, kMostTries = 6;  // cages: more as long as all of them fold somewhere
 constexpr float kFoldOff = 8;              // a fold counts as so many times what patches lie off on average
 constexpr double kFoldedAllOver = 10;      // and so many more times where the count of folds ends
-constexpr int kTryRounds = 2, kRounds = 4;
+constexpr FitEffort kTry{2, 6, 6}, kInFull{4, 8, 12};
 constexpr int kTrySpan = 2, kPerSpan = 8;  // places along a span that deviations are taken at
 // Of fitPatchesWithin(): where it begins, how far it goes from try to try, and how much fewer are worth another.
 constexpr size_t kFirstQuads = 500, kFewestQuads = 24, kMostCounts = 6;
@@ -84,7 +84,7 @@ struct BestCage {
       const WorkPart own = part.part(double(i) / left, double(i + 1) / left);
       CoarseCage made = maker.make(own.part(0, 0.3));
       const PatchSurface surface =
-          fittedNet(made.mesh, maker.surface(), maker.tree(), maker.creases(), kTryRounds, threads, own.part(0.3, 0.8));
+          fittedNet(made.mesh, maker.surface(), maker.tree(), maker.creases(), kTry, threads, own.part(0.3, 0.8));
       const PatchDeviation deviation = deviationOf(surface, maker.surface(), kTrySpan, threads, own.part(0.8, 0.9));
       const double now = scoreOf(deviation);
       const size_t nowFolds = std::isfinite(now) ? deviation.foldsMm.size() : SIZE_MAX;
@@ -118,7 +118,7 @@ FittedPatches fitted(const Version& version, size_t most, double limitMm, int th
   fine.update(version, threads);
   const TriangleMesh clay = fine.toMesh();
   const NearestTriangle tree(clay);
-  result.surface = fittedNet(result.cage.mesh, clay, tree, maker.creases(), kRounds, threads, part.part(0.6, 0.9));
+  result.surface = fittedNet(result.cage.mesh, clay, tree, maker.creases(), kInFull, threads, part.part(0.6, 0.9));
   result.deviation = deviationOf(result.surface, clay, kPerSpan, threads, part.part(0.9, 1), limitMm);
   return result;
 }

@@ -12,12 +12,11 @@ namespace argil::clay {
 
 namespace {
 
-constexpr int kPerSide = 2 * kPatchSpans;  // places that are fitted along a side of a patch
 // How much the net is held straight, and how much a place is held where it is along the surface, stage by stage.
 struct Stage {
   double stiff, along;
 };
-constexpr Stage kStages[] = {{0.3, 1}, {0.05, 0.3}, {0.01, 0.02}, {0.001, 0.02}};
+constexpr Stage kLeading[] = {{0.3, 1}, {0.05, 0.3}}, kLast[] = {{0.01, 0.02}, {0.001, 0.02}};
 constexpr double kFar = 2e-4;                      // of the clay's size: what lies off by more counts more,
 constexpr double kMostFar = 60;                    // by its distance, up to so many times
 constexpr double kLeastHeld = 0.5, kMostHeld = 8;  // shares of stiffness, by the length of edges
@@ -56,14 +55,14 @@ Table straightNet(const PatchNet& net, const QuadMesh& cage) {
 }
 
 // Rows of fitted places.
-Rows placesOf(const PatchNet& net, size_t quads) {
+Rows placesOf(const PatchNet& net, size_t quads, int perSide) {
   std::vector<Eigen::Triplet<double>> entries;
   int row = 0;
   for (uint32_t f = 0; f < quads; ++f)
-    for (int i = 0; i < kPerSide; ++i)
-      for (int j = 0; j < kPerSide; ++j, ++row)
+    for (int i = 0; i < perSide; ++i)
+      for (int j = 0; j < perSide; ++j, ++row)
         for (const auto& [vertex, weight] :
-             net.at(f, (i + 0.5) * kPatchSpans / kPerSide, (j + 0.5) * kPatchSpans / kPerSide))
+             net.at(f, (i + 0.5) * kPatchSpans / perSide, (j + 0.5) * kPatchSpans / perSide))
           entries.emplace_back(row, int(vertex), weight);
   Rows places(row, Eigen::Index(net.vertexCount()));
   places.setFromTriplets(entries.begin(), entries.end());
@@ -83,7 +82,7 @@ std::vector<std::array<uint32_t, 2>> creasePieces(const PatchNet& net, const Qua
 }
 
 // Rows of places along the cage's creases, each twice, and then of where these end, three times each.
-Rows creasePlaces(const PatchNet& net, const QuadTopology& topology, const std::vector<uint32_t>& ends) {
+Rows creasePlaces(const PatchNet& net, const QuadTopology& topology, const std::vector<uint32_t>& ends, int perSide) {
   std::vector<Eigen::Triplet<double>> entries;
   int row = 0;
   const auto add = [&](const Weights& weights, int times) {
@@ -91,8 +90,8 @@ Rows creasePlaces(const PatchNet& net, const QuadTopology& topology, const std::
       for (const auto& [vertex, weight] : weights) entries.emplace_back(row, int(vertex), weight);
   };
   for (const QuadTopology::Edge& edge : topology.edges())
-    for (int i = 0; edge.crease && i < kPerSide; ++i) {
-      const double t = (i + 0.5) * kPatchSpans / kPerSide, whole = kPatchSpans;
+    for (int i = 0; edge.crease && i < perSide; ++i) {
+      const double t = (i + 0.5) * kPatchSpans / perSide, whole = kPatchSpans;
       const std::array<std::array<double, 2>, 4> at{{{t, 0}, {whole, t}, {whole - t, whole}, {0, whole - t}}};
       const auto& [u, v] = at[edge.side[0]];
       add(net.at(edge.quad[0], u, v), 2);
@@ -272,121 +271,173 @@ double weightOf(double off, double far) {
   return std::clamp(off / far, 1.0, kMostFar);
 }
 
-}  // namespace
-
-PatchSurface fittedNet(const QuadMesh& cage, const TriangleMesh& clay, const NearestTriangle& tree,
-                       const CreaseMap& creases, int rounds, int threads, const WorkPart& part) {
-  const QuadTopology topology(cage);
-  const PatchNet net(topology, cage);
-  Table at = straightNet(net, cage);
-  Pull forth, back, lines;
-  forth.set(placesOf(net, cage.quads.size()));
-  lines.set(creasePlaces(net, topology, cage.corners));
-  const size_t endsAt = lines.targets.size() - 3 * cage.corners.size();
-  for (size_t i = endsAt; i < lines.targets.size(); ++i)
-    lines.targets[i] = {cage.positions[cage.corners[(i - endsAt) / 3]], Vec3d::Unit(int((i - endsAt) % 3)), kAtEnds};
-  // Quads that a crease touches: what lies beyond it is another face.
-  std::vector<double> leastFacing(cage.quads.size(), 0);
-  for (size_t f = 0; f < cage.quads.size(); ++f)
-    for (const uint32_t v : cage.quads[f])
-      if (topology.creasesAt(v) != 0) leastFacing[f] = kFacing;
-  const Rows bends = bendsOf(net, topology, at), turnedBends = bends.transpose();
-
-  std::vector<Vec3d> allNormals(clay.positions.size(), Vec3d::Zero());
-  Eigen::AlignedBox3d box;
-  for (const auto& t : clay.triangles)
-    for (const uint32_t v : t) allNormals[v] += areaOfTriangle(clay, t);
-  for (const Vec3d& each : clay.positions) box.extend(each);
-  const double far = kFar * box.sizes().maxCoeff(), mostOff = kGap * box.sizes().maxCoeff();
-  // As many places of the clay as of the patches: what they miss pulls them.
-  std::vector<Vec3d> points, normals;
-  const double stride = std::max(1.0, double(clay.positions.size()) / double(forth.targets.size()));
-  for (double i = 0; i < double(clay.positions.size()); i += stride) {
-    points.push_back(clay.positions[size_t(i)]);
-    normals.push_back(allNormals[size_t(i)].normalized());
+// What the rounds of a fit share.
+class NetFit {
+ public:
+  NetFit(const QuadMesh& cage, const TriangleMesh& clay, const NearestTriangle& tree, const CreaseMap& creases,
+         int threads)
+      : cage_(cage),
+        clay_(clay),
+        tree_(tree),
+        creases_(creases),
+        threads_(threads),
+        topology_(cage),
+        net_(topology_, cage),
+        at_(straightNet(net_, cage)),
+        bends_(bendsOf(net_, topology_, at_)),
+        turnedBends_(bends_.transpose()),
+        leastFacing_(cage.quads.size(), 0),
+        normals_(clay.positions.size(), Vec3d::Zero()) {
+    // Quads that a crease touches: what lies beyond it is another face.
+    for (size_t f = 0; f < cage.quads.size(); ++f)
+      for (const uint32_t v : cage.quads[f])
+        if (topology_.creasesAt(v) != 0) leastFacing_[f] = kFacing;
+    for (const auto& t : clay.triangles)
+      for (const uint32_t v : t) normals_[v] += areaOfTriangle(clay, t);
+    Eigen::AlignedBox3d box;
+    for (const Vec3d& each : clay.positions) box.extend(each);
+    far_ = kFar * box.sizes().maxCoeff();
+    mostOff_ = kGap * box.sizes().maxCoeff();
   }
-  const double share = double(forth.targets.size() + points.size()) / double(net.vertexCount());
 
-  std::vector<uint32_t> hints(forth.targets.size(), UINT32_MAX), lineHints(lines.targets.size(), UINT32_MAX);
-  Table there, pull, held, bent;
-  int done = 0;
-  const auto look = [&] {
-    const PatchSurface now = surfaceOf(net, cage, at);
-    multiply(forth.rows(), at, there, threads);
+  template <size_t Count>
+  void improve(const Stage (&stages)[Count], int rounds, int perSide, const WorkPart& part) {
+    choosePlaces(perSide);
+    const double share = double(forth_.targets.size() + points_.size()) / double(net_.vertexCount());
+    int done = 0;
+    for (const Stage& stage : stages)
+      for (int round = 0; round < rounds; ++round) {
+        lookForTargets();
+        solve(stage.stiff * share, stage.along);
+        part.step(double(++done) / double(rounds * int(Count)));
+      }
+  }
+  [[nodiscard]] PatchSurface surface() const { return surfaceOf(net_, cage_, at_); }
+
+ private:
+  // Of the patches so many a side; of the clay about as many in all: what they miss pulls them.
+  void choosePlaces(int perSide) {
+    perSide_ = perSide;
+    forth_.set(placesOf(net_, cage_.quads.size(), perSide));
+    lines_.set(creasePlaces(net_, topology_, cage_.corners, perSide));
+    endsAt_ = lines_.targets.size() - 3 * cage_.corners.size();
+    for (size_t i = endsAt_; i < lines_.targets.size(); ++i)
+      lines_.targets[i] = {cage_.positions[cage_.corners[(i - endsAt_) / 3]], Vec3d::Unit(int((i - endsAt_) % 3)),
+                           kAtEnds};
+    points_.clear();
+    pointNormals_.clear();
+    const double stride = std::max(1.0, double(clay_.positions.size()) / double(forth_.targets.size()));
+    for (double i = 0; i < double(clay_.positions.size()); i += stride) {
+      points_.push_back(clay_.positions[size_t(i)]);
+      pointNormals_.push_back(normals_[size_t(i)].normalized());
+    }
+    hints_.assign(forth_.targets.size(), UINT32_MAX);
+    lineHints_.assign(lines_.targets.size(), UINT32_MAX);
+  }
+
+  void lookForTargets() {
+    const PatchSurface now = surface();
+    multiply(forth_.rows(), at_, there_, threads_);
+    const auto perPatch = size_t(perSide_ * perSide_);
     parallelBlocks(
-        forth.targets.size(), threads,
+        forth_.targets.size(), threads_,
         [&](size_t begin, size_t end) {
           for (size_t i = begin; i < end; ++i) {
-            Target& to = forth.targets[i];
-            const Vec3d from = there.row(Eigen::Index(i)).transpose();
-            to.at = nearestOn(clay, tree, from, hints[i]);
-            to.normal = areaOfTriangle(clay, tree.corners(hints[i])).normalized();
-            const int in = static_cast<int>(i % (kPerSide * kPerSide));
-            const PatchSurface::Tangents tangents = now.tangentsAt(static_cast<uint32_t>(i / (kPerSide * kPerSide)),
-                                                                   (in / kPerSide + 0.5) * kPatchSpans / kPerSide,
-                                                                   (in % kPerSide + 0.5) * kPatchSpans / kPerSide);
+            Target& to = forth_.targets[i];
+            const Vec3d from = there_.row(Eigen::Index(i)).transpose();
+            to.at = nearestOn(clay_, tree_, from, hints_[i]);
+            to.normal = areaOfTriangle(clay_, tree_.corners(hints_[i])).normalized();
+            const auto in = static_cast<int>(i % perPatch);
+            const PatchSurface::Tangents tangents =
+                now.tangentsAt(static_cast<uint32_t>(i / perPatch), (in / perSide_ + 0.5) * kPatchSpans / perSide_,
+                               (in % perSide_ + 0.5) * kPatchSpans / perSide_);
             const Vec3d facing = tangents.u.cross(tangents.v);
-            to.weight = facing.dot(to.normal) >= leastFacing[i / (kPerSide * kPerSide)] * facing.norm()
-                            ? weightOf((to.at - from).norm(), far)
-                            : 0;
+            const bool same = facing.dot(to.normal) >= leastFacing_[i / perPatch] * facing.norm();
+            to.weight = same ? weightOf((to.at - from).norm(), far_) : 0;
           }
         },
         kBlock);
-    multiply(lines.rows(), at, there, threads);
-    for (size_t i = 0; i < endsAt; i += 2) {
-      const Vec3d from = there.row(Eigen::Index(i)).transpose();
-      const CreaseMap::Hit hit = creases.nearest(from, lineHints[i]);
+    multiply(lines_.rows(), at_, there_, threads_);
+    for (size_t i = 0; i < endsAt_; i += 2) {
+      const Vec3d from = there_.row(Eigen::Index(i)).transpose();
+      const CreaseMap::Hit hit = creases_.nearest(from, lineHints_[i]);
       // In a gap that was bridged there is none.
-      const bool isThere = hit.squared < mostOff * mostOff;
+      const bool isThere = hit.squared < mostOff_ * mostOff_;
       const Vec3d across = hit.along.unitOrthogonal();
-      lines.targets[i] = {hit.mm, across, isThere ? kOnLines : 0};
-      lines.targets[i + 1] = {hit.mm, hit.along.cross(across), isThere ? kOnLines : 0};
+      lines_.targets[i] = {hit.mm, across, isThere ? kOnLines : 0};
+      lines_.targets[i + 1] = {hit.mm, hit.along.cross(across), isThere ? kOnLines : 0};
     }
-    back.set(placesNearest(net, now, points, normals, leastFacing, threads));
-    multiply(back.rows(), at, there, threads);
-    for (size_t i = 0; i < points.size(); ++i)
-      back.targets[i] = {points[i], normals[i],
-                         weightOf((there.row(Eigen::Index(i)).transpose() - points[i]).norm(), far)};
-  };
-  for (const Stage& stage : kStages) {
-    const double stiff = stage.stiff * share;
-    const auto apply = [&](const Table& x, bool missed) {
-      pull.setZero(x.rows(), 3);
-      forth.add(x, missed, stage.along, pull, threads);
-      back.add(x, missed, stage.along, pull, threads);
-      lines.add(x, missed, 0, pull, threads);
-      multiply(bends, x, held, threads);
-      multiply(turnedBends, held, bent, threads);
-      pull += stiff * bent;
-    };
-    for (int round = 0; round < rounds; ++round) {
-      look();
-      Eigen::VectorXd diagonal = Eigen::VectorXd::Constant(at.rows(), 1e-9);
-      forth.addDiagonal(stage.along, diagonal);
-      back.addDiagonal(stage.along, diagonal);
-      lines.addDiagonal(0, diagonal);
-      for (Eigen::Index i = 0; i < bends.rows(); ++i)
-        for (Rows::InnerIterator it(bends, i); it; ++it) diagonal[it.col()] += stiff * it.value() * it.value();
-      const Eigen::VectorXd inverse = diagonal.cwiseInverse();
-      // Conjugate gradients, preconditioned by the diagonal, from where the net is.
-      apply(at, true);
-      Table rest = -pull, way = inverse.asDiagonal() * rest, better;
-      double size = (rest.array() * way.array()).sum();
-      const double first = size;
-      for (int step = 0; step < kSteps && size > kSolved * first && size > 0; ++step) {
-        apply(way, false);
-        const double length = size / (way.array() * pull.array()).sum();
-        at += length * way;
-        rest -= length * pull;
-        better = inverse.asDiagonal() * rest;
-        const double next = (rest.array() * better.array()).sum();
-        way = better + (next / size) * way;
-        size = next;
-      }
-      part.step(double(++done) / double(rounds * int(std::size(kStages))));
+    back_.set(placesNearest(net_, now, points_, pointNormals_, leastFacing_, threads_));
+    multiply(back_.rows(), at_, there_, threads_);
+    for (size_t i = 0; i < points_.size(); ++i)
+      back_.targets[i] = {points_[i], pointNormals_[i],
+                          weightOf((there_.row(Eigen::Index(i)).transpose() - points_[i]).norm(), far_)};
+  }
+
+  // What pulls at x, of what it misses its targets by where `missed`.
+  void apply(const Table& x, bool missed, double stiff, double along) {
+    pull_.setZero(x.rows(), 3);
+    forth_.add(x, missed, along, pull_, threads_);
+    back_.add(x, missed, along, pull_, threads_);
+    lines_.add(x, missed, 0, pull_, threads_);
+    multiply(bends_, x, held_, threads_);
+    multiply(turnedBends_, held_, bent_, threads_);
+    pull_ += stiff * bent_;
+  }
+
+  // Conjugate gradients, preconditioned by the diagonal, from where the net is.
+  void solve(double stiff, double along) {
+    Eigen::VectorXd diagonal = Eigen::VectorXd::Constant(at_.rows(), 1e-9);
+    forth_.addDiagonal(along, diagonal);
+    back_.addDiagonal(along, diagonal);
+    lines_.addDiagonal(0, diagonal);
+    for (Eigen::Index i = 0; i < bends_.rows(); ++i)
+      for (Rows::InnerIterator it(bends_, i); it; ++it) diagonal[it.col()] += stiff * it.value() * it.value();
+    const Eigen::VectorXd inverse = diagonal.cwiseInverse();
+    apply(at_, true, stiff, along);
+    Table rest = -pull_, way = inverse.asDiagonal() * rest, better;
+    double size = (rest.array() * way.array()).sum();
+    const double first = size;
+    for (int step = 0; step < kSteps && size > kSolved * first && size > 0; ++step) {
+      apply(way, false, stiff, along);
+      const double length = size / (way.array() * pull_.array()).sum();
+      at_ += length * way;
+      rest -= length * pull_;
+      better = inverse.asDiagonal() * rest;
+      const double next = (rest.array() * better.array()).sum();
+      way = better + (next / size) * way;
+      size = next;
     }
   }
-  return surfaceOf(net, cage, at);
+
+  const QuadMesh& cage_;
+  const TriangleMesh& clay_;
+  const NearestTriangle& tree_;
+  const CreaseMap& creases_;
+  const int threads_;
+  const QuadTopology topology_;
+  const PatchNet net_;
+  Table at_;  // the net
+  const Rows bends_, turnedBends_;
+  std::vector<double> leastFacing_;  // of each quad
+  std::vector<Vec3d> normals_;       // of the clay's vertices
+  double far_ = 0, mostOff_ = 0;
+  int perSide_ = 0;
+  Pull forth_, back_, lines_;
+  size_t endsAt_ = 0;  // of lines_
+  std::vector<Vec3d> points_, pointNormals_;
+  std::vector<uint32_t> hints_, lineHints_;
+  Table there_, pull_, held_, bent_;
+};
+
+}  // namespace
+
+PatchSurface fittedNet(const QuadMesh& cage, const TriangleMesh& clay, const NearestTriangle& tree,
+                       const CreaseMap& creases, const FitEffort& effort, int threads, const WorkPart& part) {
+  NetFit fit(cage, clay, tree, creases, threads);
+  fit.improve(kLeading, effort.rounds, effort.leading, part.part(0, 0.4));
+  fit.improve(kLast, effort.rounds, effort.last, part.part(0.4, 1));
+  return fit.surface();
 }
 
 }  // namespace argil::clay

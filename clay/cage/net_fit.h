@@ -11,13 +11,19 @@
 
 namespace argil::clay {
 
+/// What a fit costs: rounds of each stiffness, 1 to 100, and places that are fitted along a side of a patch, 6 to 24,
+/// of the stiff stages that lead and of the last.
+struct FitEffort {
+  int rounds, leading, last;
+};
+
 /// Least squares of the patches of a cage to a clay's surface, both ways; two closed meshes, the cage's vertices on the
 /// surface. Places of the patches are drawn to the planes of the clay that are nearest to them, vertices of the clay
 /// draw what is nearest to them; both are looked for again each round, with a stiffness that falls. Pairs whose sides
 /// face opposite ways count nothing, and what lies far off counts more. Creases of the cage are drawn to those of the
-/// clay. `rounds` of each stiffness, 1 to 100. The same
-/// for any count of threads. Throws Cancelled. Method: NOTES.md.
+/// clay. The same for any count of threads. Throws Cancelled. Method: NOTES.md.
 [[nodiscard]] PatchSurface fittedNet(const QuadMesh& cage, const TriangleMesh& clay, const NearestTriangle& tree,
-                                     const CreaseMap& creases, int rounds, int threads, const WorkPart& part);
+                                     const CreaseMap& creases, const FitEffort& effort, int threads,
+                                     const WorkPart& part);
 
 }  // namespace argil::clay

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <optional>
 
+#include "clay/base/joined_sets.h"
 #include "clay/mesh/weld.h"
 #include "clay/mesh/winding_number.h"
 
@@ -51,22 +51,6 @@ void forEachEdge(const std::vector<EdgeUse>& uses, Visit visit) {
     begin = end;
   }
 }
-
-class Sets {
- public:
-  explicit Sets(size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0u); }
-  uint32_t find(uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void join(uint32_t a, uint32_t b) {
-    a = find(a), b = find(b);
-    if (a != b) parent_[std::max(a, b)] = std::min(a, b);  // the lowest index names the set: deterministic
-  }
-
- private:
-  std::vector<uint32_t> parent_;
-};
 
 /// Leaves one face of each set of faces on the same corners. As many of them facing one way as the other cancel (a flap
 /// of no thickness): then all go, unless an edge would be left with a single face, because then the face closes a
@@ -232,7 +216,7 @@ Backed backedShare(const TriangleMesh& mesh, const WindingNumber& winding) {
 /// Turns what is inside out: the whole, or closed bodies that do not lie in another one.
 void orientBodies(TriangleMesh& mesh, const std::vector<EdgeUse>& usesBefore, MeshFindings& findings) {
   auto& triangles = mesh.triangles;
-  Sets sets(triangles.size());
+  JoinedSets sets(triangles.size());
   forEachEdge(usesBefore, [&](size_t begin, size_t end) {
     for (size_t i = begin + 1; i < end; ++i) sets.join(usesBefore[begin].triangle, usesBefore[i].triangle);
   });
@@ -256,7 +240,7 @@ void orientBodies(TriangleMesh& mesh, const std::vector<EdgeUse>& usesBefore, Me
       low = low.cwiseMin(mesh.positions[v]), high = high.cwiseMax(mesh.positions[v]);
   }
   {
-    Sets corners(mesh.positions.size());
+    JoinedSets corners(mesh.positions.size());
     std::vector<bool> used(mesh.positions.size(), false);
     for (const Triangle& t : triangles) {
       corners.join(t[0], t[1]);

@@ -35,6 +35,7 @@ class NearestTriangle {
   [[nodiscard]] Hit nearerThan(const Vec3d& p, double distance, uint32_t hint = UINT32_MAX) const;
   /// Is some triangle at most this far? Ends at the first.
   [[nodiscard]] bool within(const Vec3d& p, double distance) const;
+  [[nodiscard]] const TriangleMesh& mesh() const { return mesh_; }
   /// Of a Hit's triangle.
   [[nodiscard]] const std::array<uint32_t, 3>& corners(uint32_t triangle) const { return triangles_[triangle]; }
 

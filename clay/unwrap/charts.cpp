@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <optional>
 #include <queue>
 #include <set>
@@ -12,6 +11,7 @@
 #include <utility>
 
 #include "clay/base/error.h"
+#include "clay/base/joined_sets.h"
 
 namespace argil::clay {
 
@@ -311,16 +311,13 @@ class Charts {
           inner.push_back({-normal_[f].dot(normal_[to]), edge});
       }
     std::sort(inner.begin(), inner.end());
-    std::map<uint32_t, uint32_t> root;
-    for (const uint32_t f : quads) root[f] = f;
-    const auto find = [&](uint32_t f) {
-      while (root[f] != f) f = root[f] = root[root[f]];
-      return f;
+    JoinedSets disk(quads.size());
+    const auto place = [&](uint32_t f) {
+      return static_cast<uint32_t>(std::lower_bound(quads.begin(), quads.end(), f) - quads.begin());
     };
     for (const auto& [cost, edge] : inner) {
       const auto& e = topology_.edges()[edge];
-      const uint32_t a = find(e.quad[0]), b = find(e.quad[1]);
-      if (a != b) root[a] = b, joined_[edge] = true;
+      if (disk.join(place(e.quad[0]), place(e.quad[1]))) joined_[edge] = true;
     }
     // A slit's end: a vertex around which all other edges are joined.
     std::set<uint32_t> vertices;
@@ -350,25 +347,20 @@ class Charts {
     std::unordered_map<uint32_t, uint32_t> placeOf;
     for (uint32_t i = 0; i < chart.quads.size(); ++i) placeOf[chart.quads[i]] = i;
     // Corners that are one vertex: those that meet across joined edges.
-    std::vector<uint32_t> root(4 * chart.quads.size());
-    std::iota(root.begin(), root.end(), 0u);
-    const auto find = [&](uint32_t c) {
-      while (root[c] != c) c = root[c] = root[root[c]];
-      return c;
-    };
+    JoinedSets corners(4 * chart.quads.size());
     for (uint32_t i = 0; i < chart.quads.size(); ++i)
       for (uint32_t s = 0; s < 4; ++s) {
         const uint32_t edge = topology_.edgeOf(chart.quads[i], int(s));
         const auto& e = topology_.edges()[edge];
         if (!joined_[edge] || e.quad[0] != chart.quads[i] || e.side[0] != s) continue;
         const uint32_t other = placeOf.at(e.quad[1]), side = e.side[1];
-        root[find(4 * i + s)] = find(4 * other + ((side + 1) & 3));
-        root[find(4 * i + ((s + 1) & 3))] = find(4 * other + side);
+        corners.join(4 * i + s, 4 * other + ((side + 1) & 3));
+        corners.join(4 * i + ((s + 1) & 3), 4 * other + side);
       }
-    std::vector<uint32_t> vertexOf(root.size(), UINT32_MAX);
+    std::vector<uint32_t> vertexOf(4 * chart.quads.size(), UINT32_MAX);
     chart.vertices.resize(chart.quads.size());
-    for (uint32_t c = 0; c < root.size(); ++c) {
-      uint32_t& vertex = vertexOf[find(c)];
+    for (uint32_t c = 0; c < vertexOf.size(); ++c) {
+      uint32_t& vertex = vertexOf[corners.find(c)];
       if (vertex == UINT32_MAX) {
         vertex = static_cast<uint32_t>(chart.disk.positions.size());
         chart.disk.positions.push_back(mesh_.positions[mesh_.quads[chart.quads[c / 4]][c % 4]]);
