@@ -64,7 +64,8 @@ void growCrumbs(QuadMesh& mesh, double least) {
   }
 }
 
-// How far the clay goes on below each vertex, mm, up to `most`.
+// How far the clay goes on below each vertex, mm, up to `most`: inwards as the mesh or as the field says, whichever is
+// farther. A vertex on a crease may have triangles of one face alone, and what lies below that is the other face.
 std::vector<float> thicknesses(const Version& version, const TriangleMesh& mesh, double most) {
   std::vector<Vec3d> normals(mesh.positions.size(), Vec3d::Zero());
   for (const auto& t : mesh.triangles) {
@@ -76,14 +77,21 @@ std::vector<float> thicknesses(const Version& version, const TriangleMesh& mesh,
   const Grid& grid = version.grid();
   std::vector<float> out(mesh.positions.size());
   for (size_t i = 0; i < out.size(); ++i) {
-    const Vec3d inwards = -normals[i].normalized();
-    double deep = 2 * grid.voxelMm;
-    while (deep < most) {
-      const float phi = field.trilinear(grid.toVoxel(mesh.positions[i] + deep * inwards));
-      if (!(phi < 0)) break;
-      deep += std::max(0.5, double(-phi)) * grid.voxelMm;
+    const Vec3d& at = mesh.positions[i];
+    Vec3f gradient;
+    (void)field.tricubic(grid.toVoxel(at), gradient);
+    double deepest = 0;
+    for (const Vec3d& outwards : {normals[i], Vec3d(gradient.cast<double>())}) {
+      const Vec3d inwards = -outwards.normalized();
+      double deep = 2 * grid.voxelMm;
+      while (deep < most) {
+        const float phi = field.trilinear(grid.toVoxel(at + deep * inwards));
+        if (!(phi < 0)) break;
+        deep += std::max(0.5, double(-phi)) * grid.voxelMm;
+      }
+      deepest = std::max(deepest, deep);
     }
-    out[i] = static_cast<float>(std::min(deep, most));
+    out[i] = static_cast<float>(std::min(deepest, most));
   }
   return out;
 }

@@ -16,11 +16,13 @@ namespace {
 
 constexpr double kUneven = 0.12;  // of a diagonal's length: what nearness to four quads a vertex counts
 constexpr double kLeastFactor = 0.4;
-constexpr double kLeastFacing = 0.2;  // cosine between a quad's corner and the surface there
-constexpr double kLeastEdge = 0.1;    // of the finest: evening out makes none shorter than that,
-constexpr double kLeastMade = 0.02;   // and nothing else one shorter than that
-constexpr int kAtFirst = 3;           // rounds that make edges even, where there are creases
-constexpr int kAtTheEnd = 20;         // rounds that make edges even
+// Scaled Jacobians: evening out leaves none below the first that was not, at the end vertices move for those below the
+// second, if they become better by the third.
+constexpr double kLeastJacobian = 0.2, kGoodJacobian = 0.4, kBetter = 0.01;
+constexpr double kLeastEdge = 0.1;   // of the finest: evening out makes none shorter than that,
+constexpr double kLeastMade = 0.02;  // and nothing else one shorter than that
+constexpr int kAtFirst = 3;          // rounds that make edges even, where there are creases
+constexpr int kAtTheEnd = 20;        // rounds that make edges even
 constexpr size_t kStepEach = 512;
 constexpr double kNearCrease = 0.5;  // of a size: a vertex of a line that is so near goes onto the crease
 constexpr int kCornerEdges = 3;      // of a line of creases, over which a turn is seen
@@ -85,6 +87,7 @@ class Coarsener {
       if (web_.isThere(f)) (void)web_.removeInset(f);
     last_ = true;
     for (int round = 0; round < kAtTheEnd; ++round) {
+      if (round == kAtTheEnd / 2) cutCorners();  // edges that turned may have left some
       makeEven();
       if (round >= kAtTheEnd / 2)
         for (uint32_t v = 0; v < web_.vertices(); ++v) unfold(v);
@@ -224,9 +227,33 @@ class Coarsener {
     for (uint32_t f = 0; f < web_.quads(); ++f)
       for (int corner = 0; corner < 2 && web_.isThere(f); ++corner) {
         const auto& q = web_.quad(f);
-        if (web_.isOnCrease(q[size_t(corner)]) && web_.isOnCrease(q[size_t(corner) + 2])) collapse(f, corner);
+        if (web_.isOnCrease(q[size_t(corner)]) && web_.isOnCrease(q[size_t(corner) + 2]) && !collapse(f, corner))
+          cutWithRoom(f, corner);
       }
     stage_ = stage;
+  }
+  // Where the vertex that is left out has three quads, it takes one from what lies behind it: that has four first.
+  void cutWithRoom(uint32_t f, int corner) {
+    const auto q = web_.quad(f);
+    for (const size_t k : {1, 3}) {
+      const uint32_t out = q[(size_t(corner) + k) & 3], a = q[size_t(corner)], c = q[size_t(corner) + 2];
+      if (web_.around(out).size() != 3) continue;
+      web_.beside(out, beside_);
+      const auto behind = std::find_if(beside_.begin(), beside_.end(), [&](uint32_t v) { return v != a && v != c; });
+      if (behind == beside_.end() || web_.around(*behind).size() != 3) continue;
+      const uint32_t third = *behind;
+      for (const uint32_t g : std::vector<uint32_t>(web_.around(third)))
+        for (int s = 0; s < 4; ++s)
+          for (const int step : {1, -1}) {
+            const std::array<uint32_t, 2> ends = web_.endsOfTurn(g, s, step);
+            if ((ends[0] != third && ends[1] != third) || !web_.gainOfTurn(g, s, step)) continue;
+            const auto touches = [&](uint32_t v) { return std::find(q.begin(), q.end(), v) != q.end(); };
+            if (touches(web_.quad(g)[size_t(s)]) || touches(web_.quad(g)[size_t(s + 1) & 3])) continue;
+            web_.turn(g, s, step);
+            if (collapse(f, corner)) return;
+            web_.turn(g, 3, -step);
+          }
+    }
   }
 
   void makeEven() {
@@ -236,19 +263,23 @@ class Coarsener {
       if (!web_.around(v).empty()) turnAround(v);
   }
 
-  // How many corners of the quads around face outwards; at a crease as their quad does.
-  int facing(uint32_t v) const {
-    int good = 0;
+  // The least scaled Jacobian of what v moves: of its own corners of the quads around it and those beside them. 1: a
+  // right angle that faces outwards, at a crease as its quad does; below 0: folded.
+  double shapeAt(uint32_t v) const {
+    double least = 1;
     for (const uint32_t f : web_.around(v)) {
       const auto& q = web_.quad(f);
       const Vec3d own = (web_.at(q[2]) - web_.at(q[0])).cross(web_.at(q[3]) - web_.at(q[1])).normalized();
-      for (size_t s = 0; s < 4; ++s) {
-        const Vec3d& p = web_.at(q[s]);
-        const Vec3d n = (web_.at(q[(s + 1) & 3]) - p).cross(web_.at(q[(s + 3) & 3]) - p);
-        good += n.dot(web_.isOnCrease(q[s]) ? own : normals_[q[s]]) > kLeastFacing * n.norm();
+      const auto s = size_t(std::find(q.begin(), q.end(), v) - q.begin());
+      for (const size_t corner : {s, (s + 1) & 3, (s + 3) & 3}) {
+        const Vec3d& p = web_.at(q[corner]);
+        const Vec3d a = web_.at(q[(corner + 1) & 3]) - p, b = web_.at(q[(corner + 3) & 3]) - p;
+        const double lengths = a.norm() * b.norm();
+        const Vec3d& outwards = web_.isOnCrease(q[corner]) ? own : normals_[q[corner]];
+        least = std::min(least, lengths > 0 ? a.cross(b).dot(outwards) / lengths : -1);
       }
     }
-    return good;
+    return least;
   }
 
   // How far a place between vertices lies off the surface, in parts of what is allowed. Of what is long beside the size
@@ -349,12 +380,13 @@ class Coarsener {
     }
     const Vec3d was = web_.at(v), normal = normals_[v];
     const double size = size_[v];
-    const int before = facing(v);
+    const double before = shapeAt(v);
     const double shortest = shortestAt(v);
     const Vec3d mean = sum / weights;
     place(v, was + 0.5 * (mean - was));
     // What folds a quad, draws one through the clay, or lets a body of few quads shrink to a point, does not stay.
-    bool worse = facing(v) < before || shortestAt(v) < std::min(shortest, kLeastEdge * finest_);
+    bool worse =
+        shapeAt(v) < std::min(before, kLeastJacobian) || shortestAt(v) < std::min(shortest, kLeastEdge * finest_);
     if (const double now = worse ? 0 : offAround(v, web_.at(v)); now > 1) worse = now > offAround(v, was);
     if (worse) {
       web_.move(v, was);
@@ -363,12 +395,12 @@ class Coarsener {
     }
   }
 
-  // A quad with a corner that bends inwards folds, and so does every smooth face over it: v goes where more corners
-  // around it face outwards, if there is such a place: towards what is beside it, or away from it.
+  // A quad with a corner that bends inwards folds, and so does every smooth face over it: v goes where the worst corner
+  // around it is best, if there is such a place: towards what is beside it, or away from it.
   void unfold(uint32_t v) {
     if (web_.around(v).empty() || web_.isCorner(v)) return;
-    int most = facing(v);
-    if (most == 4 * int(web_.around(v).size())) return;
+    double most = shapeAt(v);
+    if (most > kGoodJacobian) return;
     const Vec3d was = web_.at(v);
     const double offBefore = std::max(1.0, offAround(v, was));
     std::vector<Vec3d> places;
@@ -387,8 +419,8 @@ class Coarsener {
     for (const Vec3d& towards : places)
       for (const double share : {0.5, 1.0, -0.5}) {
         place(v, was + share * (towards - was));
-        if (facing(v) <= most || shortestAt(v) < shortest || offAround(v, web_.at(v)) > offBefore) continue;
-        most = facing(v);
+        if (shapeAt(v) < most + kBetter || shortestAt(v) < shortest || offAround(v, web_.at(v)) > offBefore) continue;
+        most = shapeAt(v);
         best = web_.at(v);
       }
     place(v, best);

@@ -15,10 +15,10 @@ namespace argil::clay {
 
 namespace {
 
-constexpr double kLeastLine = 2, kLeastWidth = 0.45;  // even edges: shorter creases and narrower faces are left out
-constexpr int kCornerPieces = 4;                      // of a line, over which a turn is seen
-constexpr double kCornerTurn = 0.7;                   // radians
-constexpr double kOnePlace = 0.01;                    // of the mean side
+constexpr double kLeastLine = 2, kLeastWidth = 0.2;  // even edges: shorter creases and narrower faces are left out
+constexpr int kCornerPieces = 4;                     // of a line, over which a turn is seen
+constexpr double kCornerTurn = 0.7;                  // radians
+constexpr double kOnePlace = 0.01;                   // of the mean side
 constexpr double kPlaces[][2] = {{0.5, 0.5}, {0.25, 0.25}, {0.75, 0.25}, {0.75, 0.75}, {0.25, 0.75}};  // of a quad
 
 const float kLeastCosine = static_cast<float>(std::cos(kCreaseDegrees / 180 * std::numbers::pi));
