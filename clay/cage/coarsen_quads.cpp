@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <queue>
-#include <set>
+#include <tuple>
 #include <utility>
 
 #include "clay/cage/quad_web.h"
@@ -24,10 +23,12 @@ constexpr double kLeastMade = 0.02;  // and nothing else one shorter than that
 constexpr int kAtFirst = 3;          // rounds that make edges even, where there are creases
 constexpr int kAtTheEnd = 20;        // rounds that make edges even
 constexpr size_t kStepEach = 512;
+constexpr double kLastShare = 1.3;   // times the quads that are asked for: from there on no tooth is made along lines
 constexpr double kNearCrease = 0.5;  // of a size: a vertex of a line that is so near goes onto the crease
-constexpr int kCornerEdges = 3;      // of a line of creases, over which a turn is seen
-constexpr double kCornerTurn = 0.7;  // radians: a corner
-constexpr double kOfLine = 0.6;      // what a diagonal beside two edges of a line counts of its length
+// Edges: a vertex of a line that is so near may be a corner of the clay; and so much farther where that is one of more
+// lines than the vertex.
+constexpr double kCornerNear = 2, kUnlike = 1.5;
+constexpr double kOfLine = 0.8;  // what a diagonal beside two edges of a line counts of its length
 // How far the middle of an edge or of a quad may lie off the surface, of its length; the next one where no collapse is
 // left with the one before.
 constexpr double kBulges[] = {0.2, 0.3, 0.45, 1e9};
@@ -49,7 +50,7 @@ class Coarsener {
         changed_(web_.quads(), 0) {
     std::vector<Vec3d> beside(web_.vertices());  // the surface, as a coarser grid has it
     for (uint32_t v = 0; v < web_.vertices(); ++v) beside[v] = web_.at(v), place(v, web_.at(v));
-    markCorners();
+    placeCorners(beside);
     // Of a crumb all of them may have come to one place.
     for (uint32_t v = 0; v < web_.vertices(); ++v) {
       web_.beside(v, beside_);
@@ -57,9 +58,6 @@ class Coarsener {
     }
     if (!creases_.empty())
       for (int round = 0; round < kAtFirst; ++round) makeEven();
-    // A line on which some vertices lay aside has come straight.
-    for (uint32_t v = 0; v < web_.vertices(); ++v)
-      if (web_.isCorner(v) && turnAt(v) < kCornerTurn / 2) web_.markCorner(v, false);
     for (uint32_t f = 0; f < web_.quads(); ++f) offer(f);
   }
 
@@ -67,13 +65,16 @@ class Coarsener {
     const size_t first = web_.count();
     size_t done = 0, doneBefore = 0;
     while (web_.count() > most) {
+      if (!last_ && double(web_.count()) < kLastShare * double(most)) {
+        last_ = true;
+        offerAll();
+      }
       if (queue_.empty()) {
         // What was refused may go once its surroundings have moved; where nothing went any more, be content with less.
         if (done == doneBefore && ++stage_ == std::size(kBulges)) break;
         doneBefore = done;
         makeEven();
-        for (uint32_t f = 0; f < web_.quads(); ++f)
-          if (web_.isThere(f)) ++changed_[f], offer(f);
+        offerAll();
         continue;
       }
       const Offer best = queue_.top();
@@ -82,12 +83,11 @@ class Coarsener {
       if (!collapse(best.quad, best.corner)) continue;
       if (++done % kStepEach == 0) part.step(double(first - web_.count()) / double(first - most));
     }
-    cutCorners();
     for (uint32_t f = 0; f < web_.quads(); ++f)
       if (web_.isThere(f)) (void)web_.removeInset(f);
     last_ = true;
     for (int round = 0; round < kAtTheEnd; ++round) {
-      if (round == kAtTheEnd / 2) cutCorners();  // edges that turned may have left some
+      if (round == kAtTheEnd / 2) cutCorners();  // where no turn of an edge gave one a second quad
       makeEven();
       if (round >= kAtTheEnd / 2)
         for (uint32_t v = 0; v < web_.vertices(); ++v) unfold(v);
@@ -143,64 +143,30 @@ class Coarsener {
     if (n.squaredNorm() > 0) normals_[v] = n.normalized();
   }
 
-  // How much a line of creases turns at one of its vertices, seen over some edges either way; radians, 0 elsewhere.
-  double turnAt(uint32_t v) {
-    web_.alongCreases(v, pulling_);
-    if (pulling_.size() != 2) return 0;
-    std::array<Vec3d, 2> ways;
-    const std::vector<uint32_t> next = pulling_;
-    for (size_t k = 0; k < 2; ++k) {
-      uint32_t from = v, to = next[k];
-      for (int i = 1; i < kCornerEdges && !web_.isCorner(to); ++i) {
-        web_.alongCreases(to, pulling_);
-        if (pulling_.size() != 2) break;
-        from = std::exchange(to, pulling_[0] == from ? pulling_[1] : pulling_[0]);
-      }
-      ways[k] = web_.at(to) - web_.at(v);
-    }
-    return std::numbers::pi - std::atan2(ways[0].cross(ways[1]).norm(), ways[0].dot(ways[1]));
-  }
-  // Where that is more than anywhere around.
-  void markCorners() {
-    std::vector<uint32_t> next;
-    std::vector<double> turn(web_.vertices(), 0);
-    for (uint32_t v = 0; v < web_.vertices(); ++v) turn[v] = turnAt(v);
+  // `before`: where the vertices of lines were. Corners of the clay, each at the nearest vertex of a line; where
+  // creases meet at one where lines do, if there is one near by.
+  void placeCorners(const std::vector<Vec3d>& before) {
+    std::vector<std::tuple<double, uint32_t, uint32_t>> pairs;  // distance, vertex, corner
     for (uint32_t v = 0; v < web_.vertices(); ++v) {
-      if (turn[v] < kCornerTurn) continue;
-      bool most = true;
-      web_.alongCreases(v, next);
-      for (const uint32_t way : std::vector<uint32_t>(next)) {
-        uint32_t from = v, to = way;
-        for (int i = 0; i < kCornerEdges; ++i) {
-          most = most && (turn[to] < turn[v] || (turn[to] == turn[v] && to > v));
-          web_.alongCreases(to, next);
-          if (next.size() != 2) break;
-          from = std::exchange(to, next[0] == from ? next[1] : next[0]);
-        }
-      }
-      if (most) web_.markCorner(v);
+      if (!web_.isOnCrease(v)) continue;
+      web_.alongCreases(v, pulling_);
+      double length = 0;
+      for (const uint32_t each : pulling_) length += (web_.at(each) - web_.at(v)).norm() / double(pulling_.size());
+      for (uint32_t k = 0; k < creases_.corners().size(); ++k)
+        if (const double away = (creases_.corners()[k] - web_.at(v)).norm(); away < kCornerNear * length)
+          pairs.emplace_back(k < creases_.meetings() && pulling_.size() < 3 ? away + kUnlike * length : away, v, k);
     }
-    // Exactly there where the clay has one near by; each once, first where lines meet. What would stand beside another
-    // is the same corner, seen twice.
-    std::set<uint32_t> taken;
-    std::vector<Vec3d> places;
-    for (const bool meets : {true, false})
-      for (uint32_t v = 0; v < web_.vertices(); ++v) {
-        web_.alongCreases(v, next);
-        if (!web_.isCorner(v) || meets != (next.size() != 2)) continue;
-        double length = 0;
-        for (const uint32_t each : next) length += (web_.at(each) - web_.at(v)).norm() / double(next.size());
-        const std::optional<uint32_t> corner = creases_.cornerNear(web_.at(v), 2 * length, taken);
-        const auto isBeside = [&](const Vec3d& p) { return (p - creases_.corner(*corner)).norm() < 2 * length; };
-        if (corner && std::none_of(places.begin(), places.end(), isBeside)) {
-          taken.insert(*corner);
-          places.push_back(creases_.corner(*corner));
-          placeAt(v, places.back());
-        } else {
-          if (!meets) web_.markCorner(v, false);
-          placeAt(v, creases_.nearest(web_.at(v), creaseHints_[v]).mm);
-        }
-      }
+    std::sort(pairs.begin(), pairs.end());
+    std::vector<bool> placed(web_.vertices()), taken(creases_.corners().size());
+    for (const auto& [away, vertex, corner] : pairs) {
+      if (placed[vertex] || taken[corner]) continue;
+      placed[vertex] = taken[corner] = true;
+      web_.markCorner(vertex);
+      placeAt(vertex, creases_.corners()[corner]);
+    }
+    // Lines that meet elsewhere: two such may be one corner of the clay, so they stay apart as they are.
+    for (uint32_t v = 0; v < web_.vertices(); ++v)
+      if (web_.isCorner(v) && !placed[v]) placeAt(v, before[v]);
   }
 
   double sizeOf(const NearestTriangle::Hit& hit) const {
@@ -213,12 +179,17 @@ class Coarsener {
     const auto& q = web_.quad(f);
     for (int corner = 0; corner < 2; ++corner) {
       const uint32_t a = q[size_t(corner)], c = q[size_t(corner) + 2];
-      const std::optional<int> gain = web_.gainOfCollapse(f, corner);
+      const std::optional<int> gain = web_.gainOfCollapse(f, corner, last_);
       if (!gain) continue;
       double length = (web_.at(a) - web_.at(c)).norm() / sizeBetween(a, c);
       if (web_.isOnCrease(a) && web_.isOnCrease(c)) length *= kOfLine;
       queue_.push({length * std::max(kLeastFactor, 1 - kUneven * *gain), f, changed_[f], corner});
     }
+  }
+
+  void offerAll() {
+    for (uint32_t f = 0; f < web_.quads(); ++f)
+      if (web_.isThere(f)) ++changed_[f], offer(f);
   }
 
   // No quad keeps a corner that is half a turn: a line leaves it out.
@@ -227,35 +198,10 @@ class Coarsener {
     for (uint32_t f = 0; f < web_.quads(); ++f)
       for (int corner = 0; corner < 2 && web_.isThere(f); ++corner) {
         const auto& q = web_.quad(f);
-        if (web_.isOnCrease(q[size_t(corner)]) && web_.isOnCrease(q[size_t(corner) + 2]) && !collapse(f, corner))
-          cutWithRoom(f, corner);
+        if (web_.isOnCrease(q[size_t(corner)]) && web_.isOnCrease(q[size_t(corner) + 2])) collapse(f, corner);
       }
     stage_ = stage;
   }
-  // Where the vertex that is left out has three quads, it takes one from what lies behind it: that has four first.
-  void cutWithRoom(uint32_t f, int corner) {
-    const auto q = web_.quad(f);
-    for (const size_t k : {1, 3}) {
-      const uint32_t out = q[(size_t(corner) + k) & 3], a = q[size_t(corner)], c = q[size_t(corner) + 2];
-      if (web_.around(out).size() != 3) continue;
-      web_.beside(out, beside_);
-      const auto behind = std::find_if(beside_.begin(), beside_.end(), [&](uint32_t v) { return v != a && v != c; });
-      if (behind == beside_.end() || web_.around(*behind).size() != 3) continue;
-      const uint32_t third = *behind;
-      for (const uint32_t g : std::vector<uint32_t>(web_.around(third)))
-        for (int s = 0; s < 4; ++s)
-          for (const int step : {1, -1}) {
-            const std::array<uint32_t, 2> ends = web_.endsOfTurn(g, s, step);
-            if ((ends[0] != third && ends[1] != third) || !web_.gainOfTurn(g, s, step)) continue;
-            const auto touches = [&](uint32_t v) { return std::find(q.begin(), q.end(), v) != q.end(); };
-            if (touches(web_.quad(g)[size_t(s)]) || touches(web_.quad(g)[size_t(s + 1) & 3])) continue;
-            web_.turn(g, s, step);
-            if (collapse(f, corner)) return;
-            web_.turn(g, 3, -step);
-          }
-    }
-  }
-
   void makeEven() {
     for (uint32_t v = 0; v < web_.vertices(); ++v)
       if (!web_.around(v).empty()) relax(v);

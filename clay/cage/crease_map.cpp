@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <set>
 #include <unordered_map>
 #include <utility>
 
@@ -18,6 +19,7 @@ namespace {
 constexpr double kLeastLine = 2, kLeastWidth = 0.2;  // even edges: shorter creases and narrower faces are left out
 constexpr int kCornerPieces = 4;                     // of a line, over which a turn is seen
 constexpr double kCornerTurn = 0.7;                  // radians
+constexpr double kOneCorner = 1.5;                   // pieces
 constexpr double kOnePlace = 0.01;                   // of the mean side
 constexpr double kPlaces[][2] = {{0.5, 0.5}, {0.25, 0.25}, {0.75, 0.25}, {0.75, 0.75}, {0.25, 0.75}};  // of a quad
 
@@ -70,15 +72,32 @@ CreaseMap::CreaseMap(const Surface& fine, const TriangleMesh& mesh, double evenM
   }
   if (empty()) return;
   tree_ = std::make_unique<NearestTriangle>(pieces_);
-  findCorners();
+  std::vector<std::set<uint32_t>> faces(pieces_.positions.size());
+  for (size_t side = 0; side < bent.size(); ++side)
+    if (const auto it = index.find(places.find(cells.corners[side])); it != index.end())
+      faces[it->second].insert(face_[side / 3]);
+  findCorners(faces);
 }
 
-void CreaseMap::findCorners() {
+// `faces`: those at each end of pieces.
+void CreaseMap::findCorners(const std::vector<std::set<uint32_t>>& faces) {
   std::vector<std::vector<uint32_t>> beside(pieces_.positions.size());
   for (const auto& piece : pieces_.triangles) {
     beside[piece[0]].push_back(piece[1]);
     beside[piece[1]].push_back(piece[0]);
   }
+  // What lies beside one is the same, seen twice.
+  double length = 0;
+  for (const auto& piece : pieces_.triangles)
+    length += (pieces_.positions[piece[0]] - pieces_.positions[piece[1]]).norm() / double(pieces_.triangles.size());
+  const auto add = [&](uint32_t v) {
+    const Vec3d& at = pieces_.positions[v];
+    const auto isSame = [&](const Vec3d& other) { return (other - at).norm() < kOneCorner * length; };
+    if (std::none_of(corners_.begin(), corners_.end(), isSame)) corners_.push_back(at);
+  };
+  for (uint32_t v = 0; v < beside.size(); ++v)
+    if (faces[v].size() > 2) add(v);
+  meetings_ = corners_.size();
   // Over some pieces either way, so that a place that lies beside its line is none.
   std::vector<double> turn(beside.size(), 0);
   const auto walk = [&](uint32_t from, uint32_t to, const auto& visit) {
@@ -89,7 +108,6 @@ void CreaseMap::findCorners() {
     }
   };
   for (uint32_t v = 0; v < beside.size(); ++v) {
-    if (beside[v].size() > 2) corners_.push_back(pieces_.positions[v]);
     if (beside[v].size() != 2) continue;  // the end of one is a gap
     std::array<Vec3d, 2> ways;
     for (size_t k = 0; k < 2; ++k)
@@ -101,15 +119,8 @@ void CreaseMap::findCorners() {
     bool most = true;
     for (const uint32_t next : beside[v])
       walk(v, next, [&](uint32_t at) { most = most && (turn[at] < turn[v] || (turn[at] == turn[v] && at >= v)); });
-    if (most) corners_.push_back(pieces_.positions[v]);
+    if (most) add(v);
   }
-}
-
-std::optional<uint32_t> CreaseMap::cornerNear(const Vec3d& mm, double most, const std::set<uint32_t>& but) const {
-  std::optional<uint32_t> best;
-  for (uint32_t i = 0; i < corners_.size(); ++i)
-    if (const double away = (corners_[i] - mm).norm(); away <= most && but.count(i) == 0) best = i, most = away;
-  return best;
 }
 
 CreaseMap::Hit CreaseMap::nearest(const Vec3d& mm, uint32_t& hint) const {

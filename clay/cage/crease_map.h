@@ -2,7 +2,6 @@
 // The creases of a clay's surface, for cages whose edges follow them.
 
 #include <memory>
-#include <optional>
 #include <set>
 #include <vector>
 
@@ -32,21 +31,21 @@ class CreaseMap {
   };
   /// The nearest place. `hint`: of the place before, UINT32_MAX at first.
   [[nodiscard]] Hit nearest(const Vec3d& mm, uint32_t& hint) const;
-  /// The number of the nearest corner (where creases meet, end or turn sharply) within `most` mm; none of those in
-  /// `but`.
-  [[nodiscard]] std::optional<uint32_t> cornerNear(const Vec3d& mm, double most, const std::set<uint32_t>& but) const;
-  [[nodiscard]] const Vec3d& corner(uint32_t number) const { return corners_[number]; }
+  /// Where more than two faces meet, the first `meetings` of them, or a crease turns sharply, mm.
+  [[nodiscard]] const std::vector<Vec3d>& corners() const { return corners_; }
+  [[nodiscard]] size_t meetings() const { return meetings_; }
   /// Fills mesh.creases of a closed mesh much finer than a cage: each quad belongs to the face of the clay that most of
   /// it lies on, and creases are what lies between two faces. So they are closed networks. `tree` searches the mesh
   /// that this was made of.
   void mark(QuadMesh& mesh, const NearestTriangle& tree) const;
 
  private:
-  void findCorners();
+  void findCorners(const std::vector<std::set<uint32_t>>& faces);
 
   TriangleMesh pieces_;         // triangles without area
   std::vector<uint32_t> face_;  // of each triangle of the surface
   std::vector<Vec3d> corners_;
+  size_t meetings_ = 0;
   std::unique_ptr<NearestTriangle> tree_;
 };
 

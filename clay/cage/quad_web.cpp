@@ -122,7 +122,7 @@ void QuadWeb::removeFrom(uint32_t vertex, uint32_t quad) {
   list.erase(std::find(list.begin(), list.end(), quad));
 }
 
-std::optional<int> QuadWeb::gainOfCollapse(uint32_t quad, int corner) const {
+std::optional<int> QuadWeb::gainOfCollapse(uint32_t quad, int corner, bool last) const {
   const auto& q = quads_[quad];
   const uint32_t a = q[size_t(corner) & 3], b = q[size_t(corner + 1) & 3], c = q[size_t(corner + 2) & 3],
                  d = q[size_t(corner + 3) & 3];
@@ -155,13 +155,14 @@ std::optional<int> QuadWeb::gainOfCollapse(uint32_t quad, int corner) const {
   // What becomes of b and d where they stay.
   const auto left = [&](const Sector& sector, size_t valence, bool cut) {
     const int free = int(valence) - 1 - 4;
-    return cut ? free * free : sector.uneven(-1);
+    return cut ? free * free : sector.uneven(-1, last);
   };
   const int afterB = left(atB, vb, cutsB), afterD = left(atD, vd, cutsD);
   Sector joined{atA.count + atC.count - 2, isOnCrease(c) ? atC.right : atA.right};
   if (!isOnCrease(a) && !isOnCrease(c)) joined = {int(merged), 4};
   if (joined.count < 1 || (creased && joined.count > joined.right + 2)) return std::nullopt;
-  int gain = atA.uneven() + atB.uneven() + atC.uneven() + atD.uneven() - joined.uneven();
+  int gain = -joined.uneven(0, last);
+  for (const Sector& each : {atA, atB, atC, atD}) gain += each.uneven(0, last);
   if (!bGoes && !dGoes) return gain - afterB - afterD;
   const uint32_t goes = bGoes ? b : d, stays = bGoes ? d : b;
   // Around it are the quad and two more, which share the edge to its third neighbour.
@@ -185,7 +186,8 @@ std::optional<int> QuadWeb::gainOfCollapse(uint32_t quad, int corner) const {
   if (merged < 4 || vt < 4) return std::nullopt;
   // Two quads of one sector become one: those are beside an edge that is no crease.
   const Sector atThird = sectorOf(third, halves[0]);
-  return gain + joined.uneven() - joined.uneven(-1) + atThird.uneven() - atThird.uneven(-1) - (bGoes ? afterD : afterB);
+  return gain + joined.uneven(0, last) - joined.uneven(-1, last) + atThird.uneven(0, last) - atThird.uneven(-1, last) -
+         (bGoes ? afterD : afterB);
 }
 
 uint32_t QuadWeb::collapse(uint32_t quad, int corner) {

@@ -43,7 +43,9 @@ class QuadWeb {
   /// How much nearer to four quads around every vertex the mesh would be, Σ (n − 4)² before less after; none where the
   /// change is refused. On a crease the quads between two of its edges count for themselves: two on a line, at a corner
   /// one for each right angle.
-  [[nodiscard]] std::optional<int> gainOfCollapse(uint32_t quad, int corner) const;
+  /// `last`: a line will hardly lose more edges, so that one quad alone on a side of it, whose corner is half a turn,
+  /// is worse than anything else.
+  [[nodiscard]] std::optional<int> gainOfCollapse(uint32_t quad, int corner, bool last = false) const;
   /// Corner and the one opposite become one vertex, which is returned (the corner's), and the quad is gone; where that
   /// leaves two quads around another vertex these become one. Only what gainOfCollapse() allows.
   uint32_t collapse(uint32_t quad, int corner);
@@ -51,8 +53,6 @@ class QuadWeb {
   /// Whether it was one.
   bool removeInset(uint32_t quad);
   /// The edge that leaves `corner` turns within the six vertices around it, `step` 1 or −1.
-  /// `last`: a line will lose no more edges, so that one quad alone on a side of it, whose corner is half a turn, is
-  /// worse than anything else.
   [[nodiscard]] std::optional<int> gainOfTurn(uint32_t quad, int corner, int step, bool last = false) const;
   void turn(uint32_t quad, int corner, int step);
   /// Where the edge goes then.
