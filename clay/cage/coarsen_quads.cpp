@@ -28,7 +28,8 @@ constexpr double kNearCrease = 0.5;  // of a size: a vertex of a line that is so
 // Edges: a vertex of a line that is so near may be a corner of the clay; and so much farther where that is one of more
 // lines than the vertex.
 constexpr double kCornerNear = 2, kUnlike = 1.5;
-constexpr double kOfLine = 0.8;  // what a diagonal beside two edges of a line counts of its length
+constexpr double kLongestCut = 3;  // sizes: two edges of a line that are longer keep what lies between them
+constexpr double kOfLine = 0.8;    // what a diagonal beside two edges of a line counts of its length
 // How far the middle of an edge or of a quad may lie off the surface, of its length; the next one where no collapse is
 // left with the one before.
 constexpr double kBulges[] = {0.2, 0.3, 0.45, 1e9};
@@ -198,7 +199,10 @@ class Coarsener {
     for (uint32_t f = 0; f < web_.quads(); ++f)
       for (int corner = 0; corner < 2 && web_.isThere(f); ++corner) {
         const auto& q = web_.quad(f);
-        if (web_.isOnCrease(q[size_t(corner)]) && web_.isOnCrease(q[size_t(corner) + 2])) collapse(f, corner);
+        const uint32_t from = q[size_t(corner)], to = q[size_t(corner) + 2];
+        const double length = (web_.at(from) - web_.at(to)).norm();
+        if (web_.isOnCrease(from) && web_.isOnCrease(to) && length < kLongestCut * sizeBetween(from, to))
+          collapse(f, corner);
       }
     stage_ = stage;
   }

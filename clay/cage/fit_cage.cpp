@@ -55,17 +55,13 @@ std::vector<float> offOf(const CageMaker& maker, const PatchSurface& surface) {
   return off;
 }
 
-// The best of some cages: the one whose patches fold least, of those the one that was fitted best.
+// The best of some cages: folds weigh as well as distances; where no end of them is seen, most of all.
 struct BestCage {
   CoarseCage cage;
-  double score = INFINITY;
+  double cost = INFINITY;
   size_t folds = SIZE_MAX;
 
   [[nodiscard]] bool none() const { return cage.mesh.quads.empty(); }
-  // Beside a cage of the other kind: folds weigh as well as distances; where no end of them is seen, most of all.
-  [[nodiscard]] double cost() const {
-    return score * (1 + double(folds)) * (folds < kMostFarPlaces ? 1 : kFoldedAllOver);
-  }
   // Throws where no cage is possible; with `elsewhere`, one of another kind, it is content with none.
   void take(bool elsewhere, CageMaker& maker, int tries, int mostTries, int threads, const WorkPart& part) {
     try {
@@ -86,10 +82,10 @@ struct BestCage {
       const PatchSurface surface =
           fittedNet(made.mesh, maker.surface(), maker.tree(), maker.creases(), kTry, threads, own.part(0.3, 0.8));
       const PatchDeviation deviation = deviationOf(surface, maker.surface(), kTrySpan, threads, own.part(0.8, 0.9));
-      const double now = scoreOf(deviation);
-      const size_t nowFolds = std::isfinite(now) ? deviation.foldsMm.size() : SIZE_MAX;
-      if (none() || nowFolds < folds || (nowFolds == folds && now < score)) {
-        score = now;
+      const size_t nowFolds = deviation.foldsMm.size();
+      const double now = scoreOf(deviation) * (1 + double(nowFolds)) * (nowFolds < kMostFarPlaces ? 1 : kFoldedAllOver);
+      if (none() || now < cost) {
+        cost = now;
         folds = nowFolds;
         cage = std::move(made);
       }
@@ -103,13 +99,13 @@ FittedPatches fitted(const Version& version, size_t most, double limitMm, int th
   BestCage best;
   CageMaker maker(version, most, true, threads, part.part(0, 0.05));
   const bool creased = !maker.creases().empty();
-  best.take(creased, maker, kTries, creased ? kTries : kMostTries, threads, part.part(0.05, creased ? 0.3 : 0.6));
-  if (creased && (best.none() || best.folds > 0)) {
-    // Creases that cannot be drawn without many folds are rounded.
-    CageMaker smooth(version, most, false, threads, part.part(0.3, 0.35));
+  best.take(creased, maker, kTries, kMostTries, threads, part.part(0.05, creased ? 0.45 : 0.6));
+  if (creased && (best.none() || best.folds >= kMostFarPlaces)) {
+    // Creases that cannot be drawn without folds wherever one looks are rounded.
+    CageMaker smooth(version, most, false, threads, part.part(0.45, 0.5));
     BestCage other;
-    other.take(!best.none(), smooth, kTries, kTries, threads, part.part(0.35, 0.6));
-    if (best.none() || (!other.none() && other.cost() < best.cost())) best = std::move(other);
+    other.take(!best.none(), smooth, kTries, kTries, threads, part.part(0.5, 0.6));
+    if (best.none() || (!other.none() && other.cost < best.cost)) best = std::move(other);
   }
   FittedPatches result;
   result.cage = std::move(best.cage);

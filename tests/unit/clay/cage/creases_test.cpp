@@ -36,6 +36,15 @@ Surface fine(const Version& version) {
   surface.update(version);
   return surface;
 }
+// The creases of a clay for cages with edges of about so many mm, and what they are marked on.
+struct Creased {
+  explicit Creased(const Version& version, double evenMm)
+      : surface(fine(version)), mesh(surface.toMesh()), tree(mesh), map(surface, mesh, evenMm) {}
+  Surface surface;
+  TriangleMesh mesh;
+  NearestTriangle tree;
+  CreaseMap map;
+};
 
 // How far a place lies off the twelve edges of the block and the two circles of the bore.
 double offEdges(const Vec3d& mm) {
@@ -50,7 +59,8 @@ double offEdges(const Vec3d& mm) {
 }
 
 TEST(CreaseMap, HasTheEdgesOfTheClay) {
-  const CreaseMap map(fine(boredBlock()), 10);
+  const Creased creased(boredBlock(), 5);
+  const CreaseMap& map = creased.map;
   double length = 0, most = 0, sum = 0;
   for (const Vec3d& each : map.places()) {
     most = std::max(most, offEdges(each));
@@ -66,18 +76,43 @@ TEST(CreaseMap, HasTheEdgesOfTheClay) {
     EXPECT_GT(std::abs(hit.along.x()), 0.9) << x;
     ++length;
   }
-  // A corner of the block, once.
-  const std::optional<uint32_t> corner = map.cornerNear(kMiddle + Vec3d(29.5, 19.6, 15), 1, {});
-  ASSERT_TRUE(corner);
-  EXPECT_LT((map.corner(*corner) - (kMiddle + kSize / 2)).norm(), 0.05);
-  EXPECT_FALSE(map.cornerNear(kMiddle + Vec3d(0, 20, 15), 5, {}));
+  // The corners of the block, each once.
+  EXPECT_EQ(map.meetings(), 8u);
+  ASSERT_EQ(map.corners().size(), 8u);
+  for (const Vec3d& each : map.corners())
+    EXPECT_LT(((each - kMiddle).cwiseAbs() - kSize / 2).norm(), 0.05) << each.transpose();
 }
 
 TEST(CreaseMap, HasNoneWhereClayIsRound) {
-  EXPECT_TRUE(CreaseMap(fine(makeSphere(Store::make(), grid(), kMiddle, 20)), 1).empty());
-  EXPECT_TRUE(CreaseMap(fine(makeBlock(Store::make(), grid(), kMiddle, kSize, 4)), 1).empty());
+  EXPECT_TRUE(Creased(makeSphere(Store::make(), grid(), kMiddle, 20), 0.5).map.empty());
+  EXPECT_TRUE(Creased(makeBlock(Store::make(), grid(), kMiddle, kSize, 4), 0.5).map.empty());
   // Nor where it is too short.
-  EXPECT_TRUE(CreaseMap(fine(boredBlock()), 10000).empty());
+  EXPECT_TRUE(Creased(boredBlock(), 5000).map.empty());
+}
+
+// Where faces lie exactly on planes of the grid, two rows of vertices stand on an edge.
+TEST(CreaseMap, HasThemWhereverTheGridLies) {
+  for (const double voxel : {0.4, 0.5, 0.37, 1.0}) {
+    const Creased creased(makeBlock(Store::make(), grid(voxel), kMiddle, kSize, 0), 5);
+    EXPECT_EQ(creased.map.meetings(), 8u) << voxel;
+    EXPECT_EQ(creased.map.corners().size(), 8u) << voxel;
+    double length = 0;
+    uint32_t hint = UINT32_MAX;
+    for (double x = -29; x < 29; x += 0.21)
+      length += creased.map.nearest(kMiddle + Vec3d(x, -20, 15), hint).squared < 1e-4 ? 0.21 : 0;
+    EXPECT_GT(length, 57) << voxel;
+  }
+}
+
+// A groove that fades out: its rims end within a face, and what ends there is no crease for a cage.
+TEST(CreaseMap, LeavesOutWhatEndsWithinAFace) {
+  // A ball beside the block cuts a bowl with a closed rim; a tilted plane of a large ball only fades.
+  const Version bowl = combine(makeBlock(Store::make(), grid(), kMiddle, kSize, 0),
+                               makeSphere(Store::make(), grid(), kMiddle + Vec3d(0, 0, 15), 8), Combination::cut);
+  const Creased closed(bowl, 4);
+  uint32_t hint = UINT32_MAX;
+  EXPECT_LT(closed.map.nearest(kMiddle + Vec3d(8, 0, 15), hint).squared, 0.01);
+  EXPECT_EQ(closed.map.meetings(), 8u);
 }
 
 // Of each vertex how many creases end there; those of two are lines.
@@ -90,9 +125,9 @@ std::map<size_t, int> ends(const QuadMesh& mesh) {
 
 TEST(CreaseMap, MarksClosedLinesOnACoarseMesh) {
   const Version version = boredBlock();
-  const CreaseMap map(fine(version), 10);
+  const Creased creased(version, 5);
   QuadMesh mesh = quadsOf(fine(version));
-  map.mark(mesh);
+  creased.map.mark(mesh, creased.tree);
   std::map<size_t, int> count = ends(mesh);
   EXPECT_EQ(count[3], 8) << "corners of the block";
   EXPECT_GT(count[2], 500);
@@ -110,7 +145,8 @@ TEST(QuadWeb, CreasesStayLinesBetweenTheSameCorners) {
   const Version version = combine(makeBlock(Store::make(), grid(1), kMiddle, kSize, 0),
                                   makeCylinder(Store::make(), grid(1), kMiddle, kBore, 60), Combination::cut);
   QuadMesh mesh = quadsOf(fine(version));
-  CreaseMap(fine(version), 10).mark(mesh);
+  const Creased creased(version, 5);
+  creased.map.mark(mesh, creased.tree);
   std::map<size_t, int> before = ends(mesh);
   ASSERT_EQ(before[3], 8);
   for (unsigned seed = 0; seed < 4; ++seed) {
@@ -161,6 +197,22 @@ TEST(FitPatches, OfFewQuadsKeepShapeAndCorners) {
   EXPECT_EQ(made.cage.shape, 0) << "a body with a hole";
   EXPECT_GE(made.surface.cage.corners.size(), 8u) << "those of the block";
   EXPECT_LT(made.deviation.mostMm(), 4);
+}
+
+// Whatever the grid and the count: every crease is one line of edges, the corners are those of the plate.
+TEST(FitPatches, OfAThinPlateHaveItsEdges) {
+  for (const double voxel : {0.4, 0.5}) {
+    const FittedPatches made =
+        fitPatches(makeBlock(Store::make(), grid(voxel), kMiddle, Vec3d(80, 60, 3), 0), 100, 2, WorkPart(nullptr));
+    const QuadTopology topology(made.surface.cage);
+    double length = 0;
+    for (const QuadTopology::Edge& edge : topology.edges())
+      if (edge.crease) length += (made.surface.cage.positions[edge.from] - made.surface.cage.positions[edge.to]).norm();
+    EXPECT_NEAR(length, 4 * (80 + 60 + 3), 0.5) << voxel;
+    EXPECT_EQ(made.surface.cage.corners.size(), 8u) << voxel;
+    EXPECT_LT(made.deviation.mostMm(), 0.02) << voxel;
+    EXPECT_EQ(made.deviation.foldsMm.size(), 0u) << voxel;
+  }
 }
 
 TEST(FitPatches, FollowCreases) {
