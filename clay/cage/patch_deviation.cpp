@@ -14,6 +14,7 @@ namespace {
 constexpr int kBlock = 256;
 // Of what is around a place: a triangle that is less has no side. So has the last one in a corner of half a turn.
 constexpr double kFold = 0.005;
+constexpr double kSliver = 0.1;  // twice the area around a place by the square of a side
 
 OneWay summed(std::vector<double> squared, const std::vector<Vec3d>& places) {
   OneWay way;
@@ -93,6 +94,16 @@ class PatchNormals {
   [[nodiscard]] const Vec3d& at(size_t triangle, size_t corner) const {
     const uint32_t v = mesh_.triangles[triangle][corner];
     return onCrease_[v] ? ofPatch_.at(key(triangle, v)) : sums_[v];
+  }
+  // The same, but where all that is around it is a sliver, as in a corner of half a turn: that of the triangle's other
+  // corners which says most.
+  [[nodiscard]] const Vec3d& clearAt(size_t triangle, size_t corner) const {
+    const auto& t = mesh_.triangles[triangle];
+    const Vec3d& own = at(triangle, corner);
+    const double side = (mesh_.positions[t[(corner + 1) % 3]] - mesh_.positions[t[corner]]).squaredNorm();
+    if (own.norm() > kSliver * side) return own;
+    const Vec3d &next = at(triangle, (corner + 1) % 3), &last = at(triangle, (corner + 2) % 3);
+    return next.squaredNorm() > last.squaredNorm() ? next : last;
   }
 
  private:
@@ -202,7 +213,7 @@ PatchDeviation deviationOf(const PatchSurface& surface, const TriangleMesh& clay
     for (size_t s = 0; s < 3; ++s) {
       const uint32_t from = mesh.triangles[t][s], to = mesh.triangles[t][(s + 1) % 3];
       const double bend = 0.5 * (mesh.positions[from] - mesh.positions[to]).norm() *
-                          normals.at(t, s).normalized().cross(normals.at(t, (s + 1) % 3).normalized()).norm();
+                          normals.clearAt(t, s).normalized().cross(normals.clearAt(t, (s + 1) % 3).normalized()).norm();
       deviation.boundMm = std::max(deviation.boundMm, std::sqrt(std::max(there[from], there[to])) + bend);
     }
   return deviation;

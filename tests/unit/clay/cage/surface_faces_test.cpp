@@ -12,7 +12,7 @@
 namespace argil::clay {
 namespace {
 
-// A torus of n × m quads of one mm: closed, and its cells have rows and columns.
+// A torus of n × m quads, 1 mm by 2.5 mm in the mean: closed, and its cells have rows and columns.
 struct Torus {
   int n, m;
   std::vector<Vec3d> positions;
@@ -76,7 +76,7 @@ TEST(SurfaceFaces, NarrowOnesGoToTheirNeighbour) {
   std::vector<bool> bent(4 * cells.count());
   for (const int i : {0, 20, 23}) torus.bend(cells, i, 0, 0, bent);
   EXPECT_EQ(countOf(facesOf(cells, bent, 1)), 3u);
-  EXPECT_EQ(countOf(facesOf(cells, bent, 5)), 2u) << "three rows are less than 5 mm";
+  EXPECT_EQ(countOf(facesOf(cells, bent, 9)), 2u) << "three rows are less than 9 mm wide";
 }
 
 TEST(SurfaceFaces, AreTidied) {
