@@ -152,10 +152,10 @@ void quadsOf(BenchReport& report, const BenchOptions& options, const std::string
   QuadMesh mesh;
   double cageUs = 0;
   try {
-    maker.emplace(version, quads, false, threads, WorkPart(options.job));
+    maker.emplace(version, quads, true, threads, WorkPart(options.job));
     mesh = maker->make(WorkPart(options.job)).mesh;
     cageUs = watch.us();
-    fitQuads(mesh, maker->surface(), maker->tree(), threads, WorkPart(options.job));
+    fitQuads(mesh, maker->surface(), maker->tree(), maker->creases(), threads, WorkPart(options.job));
   } catch (const Cancelled&) {
     throw;
   } catch (const Error& e) {
@@ -167,7 +167,7 @@ void quadsOf(BenchReport& report, const BenchOptions& options, const std::string
   const Stopwatch flat;
   const UvMap map = unwrapped(mesh, {}, WorkPart(options.job));
   const double flatUs = flat.us();
-  const size_t irregular = QuadTopology(mesh).irregular();
+  const size_t irregular = QuadTopology(mesh.positions.size(), mesh.quads).irregular();  // on creases as elsewhere
   const Deviation off = deviation(maker->surface(), trianglesOf(mesh));
   Vec3d low = maker->surface().positions.front(), high = low;
   for (const Vec3d& p : maker->surface().positions) low = low.cwiseMin(p), high = high.cwiseMax(p);

@@ -123,7 +123,6 @@ CageMaker::CageMaker(const Version& version, size_t most, bool creased, int thre
   own.update(version, threads);
   surface_ = own.toMesh();
   creases_.emplace(own, surface_, even_);
-  const Grade grade = creases_->empty() ? Grade::draft : Grade::fine;
   if (creased && creases_->empty()) {
     own = Surface(false);
     own.update(version, threads);
@@ -148,7 +147,7 @@ CageMaker::CageMaker(const Version& version, size_t most, bool creased, int thre
     Grid coarse = grid;
     coarse.voxelMm = voxel;
     coarse.originMm += Vec3d::Constant(0.25 * voxel);
-    Surface surface(false, grade);
+    Surface surface(false, grade());
     surface.update(resample(version, coarse, Eigen::Isometry3d::Identity(), threads), threads);
     part.step(0.8);
     // Neither a body for a handle: a lost crumb and a closed hole would add up to the same.

@@ -28,7 +28,9 @@ class CageMaker {
   CageMaker(const CageMaker&) = delete;
   CageMaker& operator=(const CageMaker&) = delete;
 
+  /// The fine grade where there are creases to follow, else the draft.
   [[nodiscard]] const TriangleMesh& surface() const { return surface_; }
+  [[nodiscard]] Grade grade() const { return creases_->empty() ? Grade::draft : Grade::fine; }
   [[nodiscard]] const NearestTriangle& tree() const { return *tree_; }
   [[nodiscard]] const CreaseMap& creases() const { return *creases_; }
   /// Without creases where their lines need more quads than that.

@@ -87,9 +87,7 @@ void CreaseMap::findCorners(const std::vector<std::set<uint32_t>>& faces) {
     beside[piece[1]].push_back(piece[0]);
   }
   // What lies beside one is the same, seen twice.
-  double length = 0;
-  for (const auto& piece : pieces_.triangles)
-    length += (pieces_.positions[piece[0]] - pieces_.positions[piece[1]]).norm() / double(pieces_.triangles.size());
+  const double length = lengthMm() / double(pieces_.triangles.size());
   const auto add = [&](uint32_t v) {
     const Vec3d& at = pieces_.positions[v];
     const auto isSame = [&](const Vec3d& other) { return (other - at).norm() < kOneCorner * length; };
@@ -121,6 +119,13 @@ void CreaseMap::findCorners(const std::vector<std::set<uint32_t>>& faces) {
       walk(v, next, [&](uint32_t at) { most = most && (turn[at] < turn[v] || (turn[at] == turn[v] && at >= v)); });
     if (most) add(v);
   }
+}
+
+double CreaseMap::lengthMm() const {
+  double length = 0;
+  for (const auto& piece : pieces_.triangles)
+    length += (pieces_.positions[piece[0]] - pieces_.positions[piece[1]]).norm();
+  return length;
 }
 
 CreaseMap::Hit CreaseMap::nearest(const Vec3d& mm, uint32_t& hint) const {

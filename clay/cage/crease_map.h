@@ -23,6 +23,8 @@ class CreaseMap {
   CreaseMap& operator=(const CreaseMap&) = delete;
 
   [[nodiscard]] bool empty() const { return pieces_.triangles.empty(); }
+  /// In all, mm.
+  [[nodiscard]] double lengthMm() const;
   /// The ends of the pieces, mm.
   [[nodiscard]] const std::vector<Vec3d>& places() const { return pieces_.positions; }
   struct Hit {

@@ -18,6 +18,24 @@ constexpr std::array kPlaces = {1.0 / 6, 0.5, 5.0 / 6};
 constexpr size_t kOfQuad = kPlaces.size() * kPlaces.size();
 constexpr double kAlong = 0.02;  // of a place's weight: how much a vertex is held along the surface
 constexpr double kStay = 0.02;   // and where it is at all
+constexpr double kHeld = 1000;   // of a place's weight: how much creases and corners hold their vertices
+
+// Which ways a vertex is held, as a projection: across its crease, or all of them at a corner.
+struct Held {
+  uint32_t vertex;
+  bool corner;
+  uint32_t hint = UINT32_MAX;
+};
+std::vector<Held> heldIn(const QuadMesh& mesh) {
+  std::vector<Held> held;
+  if (mesh.creases.empty()) return held;
+  const QuadTopology topology(mesh);
+  std::vector<bool> corner(mesh.positions.size());
+  for (const uint32_t v : mesh.corners) corner[v] = true;
+  for (uint32_t v = 0; v < corner.size(); ++v)
+    if (corner[v] || topology.creasesAt(v) != 0) held.push_back({v, corner[v]});
+  return held;
+}
 
 // Of a place of a quad: its weights of the corners, how far it lies off, and which way.
 struct Off {
@@ -58,10 +76,11 @@ std::vector<Off> offOf(const QuadMesh& mesh, const TriangleMesh& surface, const 
 
 }  // namespace
 
-void fitQuads(QuadMesh& mesh, const TriangleMesh& surface, const NearestTriangle& tree, int threads,
-              const WorkPart& part) {
+void fitQuads(QuadMesh& mesh, const TriangleMesh& surface, const NearestTriangle& tree, const CreaseMap& creases,
+              int threads, const WorkPart& part) {
   using Sparse = Eigen::SparseMatrix<double>;
   const auto unknowns = static_cast<Eigen::Index>(3 * mesh.positions.size());
+  std::vector<Held> held = heldIn(mesh);
   for (int round = 0; round < kRounds; ++round) {
     part.step(double(round) / kRounds);
     const std::vector<Off> off = offOf(mesh, surface, tree, threads);
@@ -91,6 +110,16 @@ void fitQuads(QuadMesh& mesh, const TriangleMesh& surface, const NearestTriangle
                                block(i, j));
       }
     }
+    for (Held& each : held) {
+      Eigen::Matrix3d ways = Eigen::Matrix3d::Identity();
+      if (!each.corner) {
+        const Vec3d along = creases.nearest(mesh.positions[each.vertex], each.hint).along;
+        ways -= along * along.transpose();
+      }
+      for (int i = 0; i < 9; ++i)
+        entries.emplace_back(static_cast<Eigen::Index>(3 * each.vertex + uint32_t(i / 3)),
+                             static_cast<Eigen::Index>(3 * each.vertex + uint32_t(i % 3)), kHeld * ways(i / 3, i % 3));
+    }
     Sparse matrix(unknowns, unknowns);
     matrix.setFromTriplets(entries.begin(), entries.end());
     const Eigen::SimplicialLDLT<Sparse> solver(matrix);
@@ -98,6 +127,12 @@ void fitQuads(QuadMesh& mesh, const TriangleMesh& surface, const NearestTriangle
     const Eigen::VectorXd move = solver.solve(right);
     for (size_t v = 0; v < mesh.positions.size(); ++v)
       mesh.positions[v] += move.segment<3>(3 * static_cast<Eigen::Index>(v));
+    for (Held& each : held)
+      if (Vec3d& at = mesh.positions[each.vertex]; !each.corner) {
+        // In a gap that was bridged there is no crease near by.
+        const CreaseMap::Hit hit = creases.nearest(at, each.hint);
+        if (hit.squared < move.segment<3>(3 * static_cast<Eigen::Index>(each.vertex)).squaredNorm()) at = hit.mm;
+      }
   }
 }
 

@@ -2,6 +2,7 @@
 // Flat quads that lie as near to a surface as they come.
 
 #include "clay/base/work_part.h"
+#include "clay/cage/crease_map.h"
 #include "clay/cage/quad_mesh.h"
 #include "clay/mesh/nearest_triangle.h"
 
@@ -9,9 +10,9 @@ namespace argil::clay {
 
 /// Moves the vertices of a closed mesh, along the surface hardly, until its quads lie around the surface that `tree`
 /// searches and not only inside it, as those do whose corners are on it: least squares over nine places of each.
-/// Never farther off in sum than before. Throws Cancelled. Cost: about 0.2 ms a quad. The same for any
-/// count of threads.
-void fitQuads(QuadMesh& mesh, const TriangleMesh& surface, const NearestTriangle& tree, int threads,
-              const WorkPart& part);
+/// Without creases never farther off in sum than before. Vertices of the mesh's creases stay on those of the surface,
+/// its corners where they are. Throws Cancelled. Cost: about 0.2 ms a quad. The same for any count of threads.
+void fitQuads(QuadMesh& mesh, const TriangleMesh& surface, const NearestTriangle& tree, const CreaseMap& creases,
+              int threads, const WorkPart& part);
 
 }  // namespace argil::clay

@@ -45,12 +45,12 @@ std::array<uint8_t, 3> colourAt(const clay::TriangleMesh& surface, const std::ve
 io::TexturedObject objectOf(const Piece& piece, const ModelExport& what, const clay::WorkPart& part, Job* job,
                             std::vector<std::string>& sentences) {
   const int threads = clay::threadCount(0);
-  const clay::CageMaker maker(piece.version, *what.quads, false, threads, part.part(0, 0.2));
+  const clay::CageMaker maker(piece.version, *what.quads, true, threads, part.part(0, 0.2));
   io::TexturedObject out;
   out.name = piece.name;
   out.colour = colourOf(piece.colour);
   out.mesh = maker.make(part.part(0.2, 0.5)).mesh;
-  clay::fitQuads(out.mesh, maker.surface(), maker.tree(), threads, part.part(0.5, 0.55));
+  clay::fitQuads(out.mesh, maker.surface(), maker.tree(), maker.creases(), threads, part.part(0.5, 0.55));
   out.map = clay::unwrapped(out.mesh, {}, part.part(0.55, 0.8));
   out.frames = clay::framesOf(out.mesh, out.map);
   const clay::Deviation off = clay::deviation(maker.surface(), clay::trianglesOf(out.mesh), job);
@@ -62,7 +62,7 @@ io::TexturedObject objectOf(const Piece& piece, const ModelExport& what, const c
   if (what.texturePixels > 0) {
     std::vector<io::Colour> colours;
     {
-      clay::Surface surface(false);
+      clay::Surface surface(false, maker.grade());
       surface.update(piece.version, threads);
       colours = vertexColoursOf(surface, piece);
     }

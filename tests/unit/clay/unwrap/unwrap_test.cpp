@@ -210,8 +210,8 @@ TEST(FitQuads, FlatQuadsLieAroundTheSurfaceAndNotInsideIt) {
   const auto rms = [&](const QuadMesh& quads) { return deviation(maker.surface(), trianglesOf(quads)).rmsMm; };
   const double before = rms(mesh);
   QuadMesh two = mesh;
-  fitQuads(mesh, maker.surface(), maker.tree(), 1, WorkPart(nullptr));
-  fitQuads(two, maker.surface(), maker.tree(), 2, WorkPart(nullptr));
+  fitQuads(mesh, maker.surface(), maker.tree(), maker.creases(), 1, WorkPart(nullptr));
+  fitQuads(two, maker.surface(), maker.tree(), maker.creases(), 2, WorkPart(nullptr));
   EXPECT_EQ(mesh.positions, two.positions);
   EXPECT_LT(rms(mesh), 0.5 * before);
   double mean = 0;
@@ -243,7 +243,7 @@ TEST(FitQuads, NothingBecomesWorse) {
     std::uniform_real_distribution<double> shake(-2.0 * round, 2.0 * round);
     for (Vec3d& each : mesh.positions) each += Vec3d(shake(random), shake(random), shake(random));
     const double before = off(mesh);
-    fitQuads(mesh, maker.surface(), maker.tree(), 1, WorkPart(nullptr));
+    fitQuads(mesh, maker.surface(), maker.tree(), maker.creases(), 1, WorkPart(nullptr));
     EXPECT_LE(off(mesh), before * (1 + 1e-9)) << round;
   }
 }
