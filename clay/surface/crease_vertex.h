@@ -31,9 +31,10 @@ struct CreaseCell {
 struct CreaseVertex {
   enum class Kind { none, face, edge, corner } kind = Kind::none;
   Vec3f position;
-  Vec3f normal;         ///< The mean of the faces'.
-  bool curved = false;  ///< One of the faces turns within two voxels; said by placeCrisply alone.
-  float misfit = 0;     ///< Of the cell's values and flat faces, voxels; said by placeAtCrease alone.
+  Vec3f normal;           ///< The mean of the faces'.
+  bool curved = false;    ///< One of the faces turns within two voxels; said by placeCrisply alone.
+  bool explained = true;  ///< The cell is inside and outside as its faces say; said by placeCrisply alone.
+  float misfit = 0;       ///< Of the cell's values and flat faces, voxels; said by placeAtCrease alone.
 
   /// With the bit that says whether it stands on a crease.
   [[nodiscard]] PackedNormal packedNormal() const noexcept;

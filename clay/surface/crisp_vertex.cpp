@@ -41,6 +41,7 @@ Vec3f cornerOf(size_t c) {
 struct Corners {
   std::array<std::array<float, 8>, 2> at;
   bool convex = true;
+  bool signsAgree = true;  // with the cell's, at each corner
 };
 std::optional<Corners> compare(const CreaseCell& cell, CreaseModel& model, float deeper) {
   Corners corners;
@@ -64,6 +65,7 @@ std::optional<Corners> compare(const CreaseCell& cell, CreaseModel& model, float
   model.findTurns();
   corners.convex = wrongSigns[0] != wrongSigns[1] ? wrongSigns[0] < wrongSigns[1] : model.convex[0][1];
   const size_t side = corners.convex ? 0 : 1;
+  corners.signsAgree = wrongSigns[side] == 0;
   if (off[side] > kMisfit || depth[side] > deeper * static_cast<float>(exact[side])) return std::nullopt;
   return corners;
 }
@@ -118,8 +120,9 @@ bool turns(const SplitFaces& faces, float straight) {
   });
 }
 
-// By two faces alone.
-CreaseVertex placeOnTwo(const CreaseCell& cell, const SplitFaces& faces, NearPlanes& planes, float deeper) {
+// By two faces alone. `explained`: what is inside and outside of them is what is of the cell.
+CreaseVertex placeOnTwo(const CreaseCell& cell, const SplitFaces& faces, NearPlanes& planes, float deeper,
+                        bool& explained) {
   CreaseModel model;
   model.count = 2;
   for (size_t k = 0; k < 2; ++k) {
@@ -137,6 +140,7 @@ CreaseVertex placeOnTwo(const CreaseCell& cell, const SplitFaces& faces, NearPla
   if (turn(model.face[0].gradient, model.face[1].gradient) < kLeastTurn) return {};
   const std::optional<Corners> corners = compare(cell, model, deeper);
   if (!corners) return {};
+  explained = corners->signsAgree;
   const Met met = crossingsOf(cell, *corners);
   const auto line = model.line(0, 1, met.middle);
   if (!line) return {};
@@ -172,11 +176,18 @@ CreaseVertex placeOnThree(CreaseCell cell, const NearPlanes& planes) {
 CreaseVertex placeCrisply(const CreaseCell& cell, NearPlanes& planes, float deeper, int least) noexcept {
   const Vec3f draft = cell.draft - cell.low;
   const SplitFaces faces = splitPlanes(planes, draft.data(), kTurns);
-  if (!faces.found || faces.planes < kLeastPlanes || std::min(faces.count[0], faces.count[1]) < least) return {};
-  CreaseVertex found = placeOnTwo(cell, faces, planes, deeper);
-  found.curved = turns(faces, kStraight);
-  if (found.kind != CreaseVertex::Kind::none || !faces.third) return found;
-  return placeOnThree(cell, planes);
+  if (faces.planes < kLeastPlanes) return {};
+  CreaseVertex found;
+  bool explained = false;
+  // Where three faces have equal parts, as at the corner of a block, no two are told apart.
+  if (faces.found && std::min(faces.count[0], faces.count[1]) >= least) {
+    found = placeOnTwo(cell, faces, planes, deeper, explained);
+    found.curved = turns(faces, kStraight);
+  }
+  found.explained = explained;
+  if (!faces.third || (explained && found.kind != CreaseVertex::Kind::none)) return found;
+  const CreaseVertex corner = placeOnThree(cell, planes);
+  return corner.kind != CreaseVertex::Kind::none ? corner : found;
 }
 
 }  // namespace argil::clay

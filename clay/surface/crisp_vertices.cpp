@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "clay/kernels/cell_cases.h"
@@ -219,6 +220,28 @@ class CrossedCells {
   BrickPlanes planes_;
 };
 
+// Around a corner of three faces every crossed cell bends, and of a face there may be no plane that counts: there the
+// fine grade's step looks at all cells two steps away.
+class Corners {
+ public:
+  explicit Corners(const BrickSurroundings& around) : around_(around) {}
+  CreaseVertex place(CreaseCell cell, int x, int y, int z) {
+    if (!fits_) fits_.emplace(around_, kFlat);
+    std::array<TangentPlane, 125> planes;
+    size_t count = 0;
+    for (int dx = 0; dx <= 2 * kAround; ++dx)
+      for (int dy = 0; dy <= 2 * kAround; ++dy)
+        for (int dz = 0; dz <= 2 * kAround; ++dz)
+          if (const TangentPlane* plane = fits_->at(x + dx, y + dy, z + dz)) planes[count++] = *plane;
+    cell.planes = {planes.data(), count};
+    return placeAtCrease(cell);
+  }
+
+ private:
+  const BrickSurroundings& around_;
+  std::optional<TangentPlanes> fits_;
+};
+
 }  // namespace
 
 void crispVertices(Sampler& field, Coord brick, const CreaseCells& cells, bool wantNormals, ExtractionBuffer& out,
@@ -229,6 +252,7 @@ void crispVertices(Sampler& field, Coord brick, const CreaseCells& cells, bool w
   BrickSurroundings around;
   around.read(field, brick, range);
   const CrossedCells crossed(around, range);
+  Corners corners(around);
   NearPlanes planes;
   size_t sharp = 0;
   auto special = out.table.specials.begin();
@@ -256,6 +280,10 @@ void crispVertices(Sampler& field, Coord brick, const CreaseCells& cells, bool w
         ratePlanes(planes, kCurved, PlaneTrust::any);
         found = placeCrisply(cell, planes, deeper, 1);
       }
+    }
+    if (found.kind == CreaseVertex::Kind::none ? creased(cell.view) : !found.explained) {
+      const CreaseVertex corner = corners.place(cell, x, y, z);
+      if (corner.kind == CreaseVertex::Kind::corner || found.kind == CreaseVertex::Kind::none) found = corner;
     }
     if (found.kind == CreaseVertex::Kind::none) continue;
     if (curved) {

@@ -435,14 +435,18 @@ TEST(FitPatches, SayWhereTheyDoNotKeepWithinAnError) {
   ASSERT_FALSE(made.deviation.far.empty());
   ASSERT_LE(made.deviation.far.size(), kMostFarPlaces);
   EXPECT_DOUBLE_EQ(made.deviation.far[0].offMm, made.deviation.mostMm());
+  Surface fine(false, Grade::fine);
+  fine.update(block);
+  const TriangleMesh clay = fine.toMesh();
+  const NearestTriangle tree(clay);
   for (size_t i = 0; i < made.deviation.far.size(); ++i) {
     const PatchDeviation::Place& each = made.deviation.far[i];
     EXPECT_GT(each.offMm, 0.02);
     EXPECT_LE(each.offMm, made.deviation.far[0].offMm);
-    // It lies so far off the block, or on it and the patches so far off.
+    // It lies so far off the clay, or on it and the patches so far off.
+    const double distance = std::sqrt(tree.nearest(each.mm).squared);
+    EXPECT_LT(std::min(distance, std::abs(distance - each.offMm)), 1e-6) << each.mm.transpose();
     const Vec3d off = each.mm.cwiseAbs() - (Vec3d(30, 15, 10) - Vec3d::Constant(1));
-    const double distance = std::abs(off.cwiseMax(0).norm() + std::min(off.maxCoeff(), 0.0) - 1);
-    EXPECT_LT(std::min(distance, std::abs(distance - each.offMm)), 0.01) << each.mm.transpose();
     // The farthest on an edge: so few patches are too round there.
     EXPECT_TRUE(i > 0 || (off.array() > -1).count() >= 2) << each.mm.transpose();
     for (size_t k = 0; k < i; ++k) EXPECT_GT((made.deviation.far[k].mm - each.mm).norm(), 1.2 - 1e-9);
