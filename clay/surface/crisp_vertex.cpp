@@ -120,9 +120,8 @@ bool turns(const SplitFaces& faces, float straight) {
   });
 }
 
-// By two faces alone. `explained`: what is inside and outside of them is what is of the cell.
-CreaseVertex placeOnTwo(const CreaseCell& cell, const SplitFaces& faces, NearPlanes& planes, float deeper,
-                        bool& explained) {
+// By two faces alone.
+CreaseVertex placeOnTwo(const CreaseCell& cell, const SplitFaces& faces, NearPlanes& planes, float deeper) {
   CreaseModel model;
   model.count = 2;
   for (size_t k = 0; k < 2; ++k) {
@@ -140,7 +139,6 @@ CreaseVertex placeOnTwo(const CreaseCell& cell, const SplitFaces& faces, NearPla
   if (turn(model.face[0].gradient, model.face[1].gradient) < kLeastTurn) return {};
   const std::optional<Corners> corners = compare(cell, model, deeper);
   if (!corners) return {};
-  explained = corners->signsAgree;
   const Met met = crossingsOf(cell, *corners);
   const auto line = model.line(0, 1, met.middle);
   if (!line) return {};
@@ -155,6 +153,7 @@ CreaseVertex placeOnTwo(const CreaseCell& cell, const SplitFaces& faces, NearPla
   for (int axis = 0; axis < 3; ++axis)
     found.position[axis] = std::clamp(found.position[axis], -kCrispReach, 1 + kCrispReach);
   found.position += cell.low;
+  found.explained = corners->signsAgree;
   return found;
 }
 
@@ -176,18 +175,11 @@ CreaseVertex placeOnThree(CreaseCell cell, const NearPlanes& planes) {
 CreaseVertex placeCrisply(const CreaseCell& cell, NearPlanes& planes, float deeper, int least) noexcept {
   const Vec3f draft = cell.draft - cell.low;
   const SplitFaces faces = splitPlanes(planes, draft.data(), kTurns);
-  if (faces.planes < kLeastPlanes) return {};
-  CreaseVertex found;
-  bool explained = false;
-  // Where three faces have equal parts, as at the corner of a block, no two are told apart.
-  if (faces.found && std::min(faces.count[0], faces.count[1]) >= least) {
-    found = placeOnTwo(cell, faces, planes, deeper, explained);
-    found.curved = turns(faces, kStraight);
-  }
-  found.explained = explained;
-  if (!faces.third || (explained && found.kind != CreaseVertex::Kind::none)) return found;
-  const CreaseVertex corner = placeOnThree(cell, planes);
-  return corner.kind != CreaseVertex::Kind::none ? corner : found;
+  if (!faces.found || faces.planes < kLeastPlanes || std::min(faces.count[0], faces.count[1]) < least) return {};
+  CreaseVertex found = placeOnTwo(cell, faces, planes, deeper);
+  found.curved = turns(faces, kStraight);
+  if (found.kind != CreaseVertex::Kind::none || !faces.third) return found;
+  return placeOnThree(cell, planes);
 }
 
 }  // namespace argil::clay

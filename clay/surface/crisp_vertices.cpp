@@ -25,6 +25,10 @@ constexpr float kFlatShare = 0.7f;
 // A cell in a rounding of two voxels bends by less than the first, and the plane through its corners has a slope above
 // the second.
 constexpr float kCreaseBend = 0.09f, kCreaseSlope = 0.93f;
+// Cells of faces that turn less than a ball of a hundred voxels bend by less, and around a corner of such faces there
+// are so many of them: cells beside it that two faces do not explain are looked at again.
+constexpr float kFlatFaces = 0.003f;
+constexpr int kLeastFlat = 3;
 // How much deeper than the cell's values two faces may be on the side where they are exact, in the mean (voxels): where
 // a rounding of two voxels may be and where none is.
 constexpr float kDeeper = 0.03f, kDeeperAtCrease = 0.08f;
@@ -70,6 +74,20 @@ bool creasedAround(const CellView& cell) {
   for (int face = 0; face < 6; ++face) {
     const CellView next = cell.beyond(face);
     if (next.pattern() % 255 != 0 && creased(next)) return true;
+  }
+  return false;
+}
+
+// Whether some of the planes are of flat faces, two of them turned from each other. Changes what the planes are rated.
+bool betweenFlatFaces(NearPlanes& planes) {
+  if (ratePlanes(planes, kFlatFaces, PlaneTrust::any) < kLeastFlat) return false;
+  int first = -1;
+  for (int i = 0; i < planes.count; ++i) {
+    if (planes.quality[i] <= 0) continue;
+    if (first < 0) first = i;
+    float cosine = 0;
+    for (const auto& row : planes.normal) cosine += row[i] * row[first];
+    if (1 - cosine > kLeastTurn) return true;
   }
   return false;
 }
@@ -221,7 +239,7 @@ class CrossedCells {
 };
 
 // Around a corner of three faces every crossed cell bends, and of a face there may be no plane that counts: there the
-// fine grade's step looks at all cells two steps away.
+// fine grade's step looks at all cells two steps away. That costs as much as forty cells, so only flat faces get it.
 class Corners {
  public:
   explicit Corners(const BrickSurroundings& around) : around_(around) {}
@@ -281,7 +299,8 @@ void crispVertices(Sampler& field, Coord brick, const CreaseCells& cells, bool w
         found = placeCrisply(cell, planes, deeper, 1);
       }
     }
-    if (found.kind == CreaseVertex::Kind::none ? creased(cell.view) : !found.explained) {
+    const bool open = found.kind == CreaseVertex::Kind::none ? creased(cell.view) : !found.explained;
+    if (open && !curved && betweenFlatFaces(planes)) {
       const CreaseVertex corner = corners.place(cell, x, y, z);
       if (corner.kind == CreaseVertex::Kind::corner || found.kind == CreaseVertex::Kind::none) found = corner;
     }
