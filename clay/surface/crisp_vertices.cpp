@@ -25,9 +25,9 @@ constexpr float kFlatShare = 0.7f;
 // A cell in a rounding of two voxels bends by less than the first, and the plane through its corners has a slope above
 // the second.
 constexpr float kCreaseBend = 0.09f, kCreaseSlope = 0.93f;
-// Cells of faces that turn less than a ball of a hundred voxels bend by less, and around a corner of such faces there
+// Cells of faces that turn less than a ball of 120 voxels bend by less, and around a corner of such faces there
 // are so many of them: cells beside it that two faces do not explain are looked at again.
-constexpr float kFlatFaces = 0.003f;
+constexpr float kFlatFaces = 0.001f;
 constexpr int kLeastFlat = 3;
 // How much deeper than the cell's values two faces may be on the side where they are exact, in the mean (voxels): where
 // a rounding of two voxels may be and where none is.
