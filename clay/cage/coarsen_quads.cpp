@@ -23,7 +23,7 @@ constexpr double kLeastMade = 0.02;  // and nothing else one shorter than that
 constexpr int kAtFirst = 3;          // rounds that make edges even, where there are creases
 constexpr int kAtTheEnd = 20;        // rounds that make edges even
 constexpr size_t kStepEach = 512;
-constexpr double kLastShare = 1.3;   // times the quads that are asked for: from there on no tooth is made along lines
+constexpr double kLastShare = 1.3;   // times the quads that are asked for: from there on lines keep two quads a vertex
 constexpr double kNearCrease = 0.5;  // of a size: a vertex of a line that is so near goes onto the crease
 // Edges: a vertex of a line that is so near may be a corner of the clay; and so much farther where that is one of more
 // lines than the vertex.

@@ -100,7 +100,7 @@ FittedPatches fitted(const Version& version, size_t most, double limitMm, int th
   CageMaker maker(version, most, true, threads, part.part(0, 0.05));
   const bool creased = !maker.creases().empty();
   best.take(creased, maker, kTries, kMostTries, threads, part.part(0.05, creased ? 0.45 : 0.6));
-  if (creased && (best.none() || best.folds >= kMostFarPlaces)) {
+  if (creased && (best.none() || !std::isfinite(best.cost) || best.folds >= kMostFarPlaces)) {
     // Creases that cannot be drawn without folds wherever one looks are rounded.
     CageMaker smooth(version, most, false, threads, part.part(0.45, 0.5));
     BestCage other;

@@ -239,7 +239,8 @@ class CrossedCells {
 };
 
 // Around a corner of three faces every crossed cell bends, and of a face there may be no plane that counts: there the
-// fine grade's step looks at all cells two steps away. That costs as much as forty cells, so only flat faces get it.
+// fine grade's step looks at all cells two steps away. That costs many times what a cell does, so only flat faces get
+// it.
 class Corners {
  public:
   explicit Corners(const BrickSurroundings& around) : around_(around) {}
