@@ -127,12 +127,14 @@ void fitQuads(QuadMesh& mesh, const TriangleMesh& surface, const NearestTriangle
     const Eigen::VectorXd move = solver.solve(right);
     for (size_t v = 0; v < mesh.positions.size(); ++v)
       mesh.positions[v] += move.segment<3>(3 * static_cast<Eigen::Index>(v));
-    for (Held& each : held)
-      if (Vec3d& at = mesh.positions[each.vertex]; !each.corner) {
-        // In a gap that was bridged there is no crease near by.
-        const CreaseMap::Hit hit = creases.nearest(at, each.hint);
-        if (hit.squared < move.segment<3>(3 * static_cast<Eigen::Index>(each.vertex)).squaredNorm()) at = hit.mm;
-      }
+    for (Held& each : held) {
+      Vec3d& at = mesh.positions[each.vertex];
+      const Vec3d way = move.segment<3>(3 * static_cast<Eigen::Index>(each.vertex));
+      if (each.corner)
+        at -= way;
+      else if (const CreaseMap::Hit hit = creases.nearest(at, each.hint); hit.squared < way.squaredNorm())
+        at = hit.mm;  // in a gap that was bridged there is no crease near by
+    }
   }
 }
 

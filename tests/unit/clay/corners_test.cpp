@@ -42,13 +42,28 @@ std::vector<Vec3d> cornersOf(const Vec3d& middle, const Vec3d& size) {
   return corners;
 }
 
+// How far vertices near the corners of a block lie off it at most, voxels.
+double verticesOff(const Version& block, const Vec3d& middle, const Vec3d& size) {
+  Surface surface(false, Grade::crisp);
+  surface.update(block);
+  double most = 0;
+  for (const Vec3d& each : surface.toMesh().positions) {
+    const Vec3d beyond = (each - middle).cwiseAbs() - 0.5 * size;
+    if (beyond.minCoeff() > -4 * block.grid().voxelMm) most = std::max(most, std::abs(beyond.maxCoeff()));
+  }
+  return most / block.grid().voxelMm;
+}
+
 // Whether faces lie on planes of the grid, halfway between two, or anywhere.
 TEST(Corners, OfABlockAreWhereTheyAre) {
   const Vec3d size(20, 16, 12);
   for (const double voxel : {0.37, 0.4, 0.5, 1.0})
-    for (const Vec3d& middle : {Vec3d(0, 0, 0), Vec3d(0.25, 0.5, 6), Vec3d(0.13, 0.27, 0.41), Vec3d(-0.31, 0.09, 0.77)})
-      EXPECT_LT(cornersOff(makeBlock(Store::make(), grid(voxel), middle, size, 0), cornersOf(middle, size)), 0.15)
-          << voxel << " at " << middle.transpose();
+    for (const Vec3d& middle :
+         {Vec3d(0, 0, 0), Vec3d(0.25, 0.5, 6), Vec3d(0.13, 0.27, 0.41), Vec3d(-0.31, 0.09, 0.77)}) {
+      const Version block = makeBlock(Store::make(), grid(voxel), middle, size, 0);
+      EXPECT_LT(cornersOff(block, cornersOf(middle, size)), 0.15) << voxel << " at " << middle.transpose();
+      EXPECT_LT(verticesOff(block, middle, size), 0.15) << voxel << " at " << middle.transpose();
+    }
 }
 
 // As a mesh that comes in anyhow turned.

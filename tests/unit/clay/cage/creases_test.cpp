@@ -10,6 +10,7 @@
 #include "clay/cage/cage_maker.h"
 #include "clay/cage/crease_map.h"
 #include "clay/cage/fit_cage.h"
+#include "clay/cage/fit_quads.h"
 #include "clay/cage/quad_web.h"
 #include "clay/field/primitives.h"
 #include "clay/store/store.h"
@@ -197,6 +198,37 @@ TEST(FitPatches, OfFewQuadsKeepShapeAndCorners) {
   EXPECT_EQ(made.cage.shape, 0) << "a body with a hole";
   EXPECT_GE(made.surface.cage.corners.size(), 8u) << "those of the block";
   EXPECT_LT(made.deviation.mostMm(), 4);
+}
+
+// Of a mesh that stays quads too.
+TEST(FitQuads, CreasesAreEdgesOfTheMesh) {
+  const CageMaker maker(boredBlock(), 300, true, 2, WorkPart(nullptr));
+  const QuadMesh cage = maker.make(WorkPart(nullptr)).mesh;
+  QuadMesh mesh = cage;
+  fitQuads(mesh, maker.surface(), maker.tree(), maker.creases(), 2, WorkPart(nullptr));
+  ASSERT_EQ(mesh.corners.size(), 8u);
+  for (const uint32_t v : mesh.corners) EXPECT_LT((mesh.positions[v] - cage.positions[v]).norm(), 1e-9);
+  const QuadTopology topology(mesh);
+  double length = 0, most = 0;
+  for (const QuadTopology::Edge& edge : topology.edges()) {
+    if (!edge.crease) continue;
+    most = std::max({most, offEdges(mesh.positions[edge.from]), offEdges(mesh.positions[edge.to])});
+    length += (mesh.positions[edge.from] - mesh.positions[edge.to]).norm();
+  }
+  EXPECT_LT(most, 0.02);
+  EXPECT_GT(length, 0.95 * maker.creases().lengthMm());
+  // Its places lie a little beside the edges, to and fro.
+  EXPECT_NEAR(maker.creases().lengthMm(), 4 * kSize.sum() + 4 * M_PI * kBore, 10);
+  const auto rms = [&](const QuadMesh& quads) {
+    double sum = 0;
+    for (const auto& q : quads.quads) {
+      const Vec3d middle =
+          0.25 * (quads.positions[q[0]] + quads.positions[q[1]] + quads.positions[q[2]] + quads.positions[q[3]]);
+      sum += maker.tree().nearest(middle).squared;
+    }
+    return std::sqrt(sum / double(quads.quads.size()));
+  };
+  EXPECT_LT(rms(mesh), 0.9 * rms(cage));
 }
 
 // Whatever the grid and the count: every crease is one line of edges, the corners are those of the plate.
