@@ -12,6 +12,7 @@
 #include "clay/cage/fit_cage.h"
 #include "clay/cage/fit_quads.h"
 #include "clay/cage/quad_web.h"
+#include "clay/cage/surface_faces.h"
 #include "clay/field/primitives.h"
 #include "clay/store/store.h"
 #include "clay/surface/surface.h"
@@ -102,6 +103,8 @@ TEST(CreaseMap, HasThemWhereverTheGridLies) {
     for (double x = -29; x < 29; x += 0.21)
       length += creased.map.nearest(kMiddle + Vec3d(x, -20, 15), hint).squared < 1e-4 ? 0.21 : 0;
     EXPECT_GT(length, 57) << voxel;
+    for (const Eigen::Vector3f& normal : SurfaceCells(creased.mesh.positions, creased.mesh.triangles).normals)
+      ASSERT_GT(normal.cwiseAbs().maxCoeff(), 0.99f) << "a sliver between two rows of vertices";
   }
 }
 
@@ -229,6 +232,19 @@ TEST(FitQuads, CreasesAreEdgesOfTheMesh) {
     return std::sqrt(sum / double(quads.quads.size()));
   };
   EXPECT_LT(rms(mesh), 0.9 * rms(cage));
+}
+
+// Where faces are round around them as well.
+TEST(FitQuads, CornersStay) {
+  const Version bitten = combine(makeBlock(Store::make(), grid(), kMiddle, kSize, 0),
+                                 makeSphere(Store::make(), grid(), kMiddle + Vec3d(0, 20, 15), 12), Combination::cut);
+  const CageMaker maker(bitten, 200, true, 2, WorkPart(nullptr));
+  const QuadMesh cage = maker.make(WorkPart(nullptr)).mesh;
+  QuadMesh mesh = cage;
+  fitQuads(mesh, maker.surface(), maker.tree(), maker.creases(), 2, WorkPart(nullptr));
+  ASSERT_GE(mesh.corners.size(), 10u);
+  for (const uint32_t v : mesh.corners) EXPECT_LT((mesh.positions[v] - cage.positions[v]).norm(), 1e-9);
+  EXPECT_NE(mesh.positions, cage.positions);
 }
 
 // Whatever the grid and the count: every crease is one line of edges, the corners are those of the plate.
