@@ -108,15 +108,13 @@ TEST(CreaseMap, HasThemWhereverTheGridLies) {
   }
 }
 
-// A groove that fades out: its rims end within a face, and what ends there is no crease for a cage.
-TEST(CreaseMap, LeavesOutWhatEndsWithinAFace) {
-  // A ball beside the block cuts a bowl with a closed rim; a tilted plane of a large ball only fades.
+TEST(CreaseMap, HasTheRimOfABowlAndNoCornerOnIt) {
   const Version bowl = combine(makeBlock(Store::make(), grid(), kMiddle, kSize, 0),
                                makeSphere(Store::make(), grid(), kMiddle + Vec3d(0, 0, 15), 8), Combination::cut);
   const Creased closed(bowl, 4);
   uint32_t hint = UINT32_MAX;
   EXPECT_LT(closed.map.nearest(kMiddle + Vec3d(8, 0, 15), hint).squared, 0.01);
-  EXPECT_EQ(closed.map.meetings(), 8u);
+  EXPECT_EQ(closed.map.corners().size(), 8u);
 }
 
 // Of each vertex how many creases end there; those of two are lines.
