@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "clay/base/error.h"
 #include "clay/cage/net_fit.h"
@@ -110,10 +111,17 @@ FittedPatches fitted(const Version& version, size_t most, double limitMm, int th
   FittedPatches result;
   result.cage = std::move(best.cage);
   result.irregular = QuadTopology(result.cage.mesh).irregular();
-  Surface fine(false, Grade::fine);
-  fine.update(version, threads);
-  const TriangleMesh clay = fine.toMesh();
-  const NearestTriangle tree(clay);
+  // The fine grade: what the cages with creases were drawn around already.
+  TriangleMesh fine;
+  std::optional<NearestTriangle> fineTree;
+  if (maker.grade() != Grade::fine) {
+    Surface surface(false, Grade::fine);
+    surface.update(version, threads);
+    fine = surface.toMesh();
+    fineTree.emplace(fine);
+  }
+  const TriangleMesh& clay = fineTree ? fine : maker.surface();
+  const NearestTriangle& tree = fineTree ? *fineTree : maker.tree();
   result.surface = fittedNet(result.cage.mesh, clay, tree, maker.creases(), kInFull, threads, part.part(0.6, 0.9));
   result.deviation = deviationOf(result.surface, clay, kPerSpan, threads, part.part(0.9, 1), limitMm);
   return result;

@@ -1,6 +1,7 @@
 #pragma once
 // Which cells of a closed surface are one face, as a CAD program would count them: creases part faces.
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -30,8 +31,8 @@ struct SurfaceCells {
 [[nodiscard]] std::vector<uint32_t> facesOf(const SurfaceCells& cells, const std::vector<bool>& bent,
                                             double leastWidth);
 
-/// Faces become connected, of kFewCells cells and more, without teeth. `face`: any numbers, UINT32_MAX where none is
-/// known; at the end as facesOf().
+/// Faces become connected, of kFewCells cells and more, without cells that have all sides but one in another. `face`:
+/// any numbers, UINT32_MAX where none is known; at the end as facesOf().
 void tidyFaces(const SurfaceCells& cells, std::vector<uint32_t>& face);
 
 inline constexpr double kMostlyBent = 0.6;
