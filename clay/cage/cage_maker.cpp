@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "clay/base/error.h"
 #include "clay/base/joined_sets.h"
 #include "clay/cage/coarsen_quads.h"
+#include "clay/cage/quad_web.h"
 #include "clay/field/region_work.h"
 #include "clay/store/sampler.h"
 #include "clay/surface/surface.h"
@@ -20,7 +22,7 @@ namespace {
 constexpr size_t kLeastQuads = 24;
 constexpr double kBeginWith = 20;     // quads for each that is asked for
 constexpr double kFinest = 1.4;       // voxels: nothing finer is looked at
-constexpr double kOfThickness = 0.7;  // an edge is at most so long: four quads go around a limb
+constexpr double kOfThickness = 0.7;  // an edge is at most so long: four quads go around a limb or into a slit
 constexpr double kLeastOfEven = 0.25, kLeastRefined = 1.0 / 6;  // of an even edge
 constexpr double kGrowth = 0.35;                                // of sizes, a mm
 constexpr int kGrades = 60;                                     // sweeps until they do, at most
@@ -64,8 +66,9 @@ void growCrumbs(QuadMesh& mesh, double least) {
   }
 }
 
-// How far the clay goes on below each vertex, mm, up to `most`: inwards as the mesh or as the field says, whichever is
-// farther. A vertex on a crease may have triangles of one face alone, and what lies below that is the other face.
+// How far the clay goes on below each vertex, or the air above it where that is less, mm, up to `most`: as the mesh or
+// as the field says, whichever is farther. A vertex on a crease may have triangles of one face alone, and what lies
+// below that is the other face.
 std::vector<float> thicknesses(const Version& version, const TriangleMesh& mesh, double most) {
   std::vector<Vec3d> normals(mesh.positions.size(), Vec3d::Zero());
   for (const auto& t : mesh.triangles) {
@@ -75,23 +78,28 @@ std::vector<float> thicknesses(const Version& version, const TriangleMesh& mesh,
   }
   Sampler field(version);
   const Grid& grid = version.grid();
+  // `side`: −1 in the clay, 1 outside.
+  const auto goesOn = [&](const Vec3d& at, const std::array<Vec3d, 2>& outwards, int side) {
+    double deepest = 0;
+    for (const Vec3d& each : outwards) {
+      const Vec3d way = side * each.normalized();
+      double deep = 2 * grid.voxelMm;
+      while (deep < most) {
+        const double phi = side * double(field.trilinear(grid.toVoxel(at + deep * way)));
+        if (!(phi > 0)) break;
+        deep += std::max(0.5, phi) * grid.voxelMm;
+      }
+      deepest = std::max(deepest, deep);
+    }
+    return std::min(deepest, most);
+  };
   std::vector<float> out(mesh.positions.size());
   for (size_t i = 0; i < out.size(); ++i) {
     const Vec3d& at = mesh.positions[i];
     Vec3f gradient;
     (void)field.tricubic(grid.toVoxel(at), gradient);
-    double deepest = 0;
-    for (const Vec3d& outwards : {normals[i], Vec3d(gradient.cast<double>())}) {
-      const Vec3d inwards = -outwards.normalized();
-      double deep = 2 * grid.voxelMm;
-      while (deep < most) {
-        const float phi = field.trilinear(grid.toVoxel(at + deep * inwards));
-        if (!(phi < 0)) break;
-        deep += std::max(0.5, double(-phi)) * grid.voxelMm;
-      }
-      deepest = std::max(deepest, deep);
-    }
-    out[i] = static_cast<float>(std::min(deepest, most));
+    const std::array<Vec3d, 2> outwards{normals[i], gradient.cast<double>()};
+    out[i] = static_cast<float>(std::min(goesOn(at, outwards, -1), goesOn(at, outwards, 1)));
   }
   return out;
 }
@@ -131,6 +139,12 @@ CageMaker::CageMaker(const Version& version, size_t most, bool creased, int thre
   tree_.emplace(surface_);
   shape_ = shapeOf(own.vertexCount(), own.quadCount());
   const size_t bodies = bodiesOf(quadsOf(own));
+  // As no vertex has more quads than kMostOnCrease.
+  static_assert(QuadWeb::kMostOnCrease == 8);
+  if (const int64_t least = -4 * shape_; int64_t(most) < least)
+    throw Error(fmt::format("the piece has {} handles: a cage needs at least {} quads",
+                            static_cast<int64_t>(bodies) - shape_, least),
+                Error::Kind::work);
   part.step(0.3);
   sizes_ = thicknesses(version, surface_, even_ / kOfThickness);
   for (float& each : sizes_)
@@ -184,7 +198,9 @@ CoarseCage CageMaker::make(const WorkPart& part) const {
     cage.mesh = coarsened(std::move(smooth), surface_, *tree_, *creases_, sizes_, most_, finest_, part);
   }
   if (cage.mesh.quads.size() > most_)
-    throw Error(fmt::format("no cage of at most {} quads goes around this piece: give more", most_), Error::Kind::work);
+    throw Error(fmt::format("no cage of at most {} quads goes around this piece, which took {}: give more", most_,
+                            cage.mesh.quads.size()),
+                Error::Kind::work);
   cage.edgeMm = even_;
   cage.shape = shapeOf(cage.mesh.positions.size(), cage.mesh.quads.size());
   return cage;

@@ -22,8 +22,8 @@ struct CoarseCage {
 /// vertex of the surface. One thread.
 class CageMaker {
  public:
-  /// Sizes are even, but smaller where the clay is thin. `creased`: edges of cages follow the clay's creases. Throws as
-  /// coarseCage().
+  /// Sizes are even, but smaller where the clay, or the air in a slit of it, is thin. `creased`: edges of cages follow
+  /// the clay's creases. Throws as coarseCage().
   CageMaker(const Version& version, size_t most, bool creased, int threads, const WorkPart& part);
   CageMaker(const CageMaker&) = delete;
   CageMaker& operator=(const CageMaker&) = delete;

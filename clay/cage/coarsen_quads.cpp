@@ -4,16 +4,18 @@
 #include <array>
 #include <cmath>
 #include <queue>
+#include <set>
 #include <tuple>
 #include <utility>
 
+#include "clay/cage/quad_patches.h"
 #include "clay/cage/quad_web.h"
 
 namespace argil::clay {
 
 namespace {
 
-constexpr double kUneven = 0.12;  // of a diagonal's length: what nearness to four quads a vertex counts
+constexpr double kUneven = 0.2;  // of a diagonal's length: what nearness to four quads a vertex counts
 constexpr double kLeastFactor = 0.4;
 // Scaled Jacobians: evening out leaves none below the first that was not, at the end vertices move for those below the
 // second, if they become better by the third.
@@ -30,6 +32,14 @@ constexpr double kNearCrease = 0.5;  // of a size: a vertex of a line that is so
 constexpr double kCornerNear = 2, kUnlike = 1.5;
 constexpr double kLongestCut = 3;  // sizes: two edges of a line that are longer keep what lies between them
 constexpr double kOfLine = 0.8;    // what a diagonal beside two edges of a line counts of its length
+// Disks of quads that are filled anew: how many quads in one, of all and at most; how much longer edges may become, how
+// often their vertices are evened out, and how often all are looked for.
+constexpr double kOfAll = 0.5;
+constexpr size_t kMostInDisk = 400;
+constexpr double kLonger = 1.25;
+constexpr double kAway = 0.7, kAtOnce = 1;  // sizes: what they went around lies so near to them, at the end and at once
+constexpr double kOff = 1.3;                // of what is allowed: what lies so far off is not worse than before
+constexpr int kEvened = 6, kRefills = 6;
 // How far the middle of an edge or of a quad may lie off the surface, of its length; the next one where no collapse is
 // left with the one before.
 constexpr double kBulges[] = {0.2, 0.3, 0.45, 1e9};
@@ -87,6 +97,7 @@ class Coarsener {
     for (uint32_t f = 0; f < web_.quads(); ++f)
       if (web_.isThere(f)) (void)web_.removeInset(f);
     last_ = true;
+    refill(most);
     for (int round = 0; round < kAtTheEnd; ++round) {
       if (round == kAtTheEnd / 2) cutCorners();  // where no turn of an edge gave one a second quad
       makeEven();
@@ -374,6 +385,108 @@ class Coarsener {
         best = web_.at(v);
       }
     place(v, best);
+  }
+
+  // Disks that would have fewer vertices of other than four quads are filled anew, where the shape of quads, what lies
+  // off the surface and the lengths of edges allow it.
+  void refill(size_t most) {
+    const size_t stage = std::exchange(stage_, 0);
+    QuadPatches patches(web_);
+    for (int round = 0, changed = 1; round < kRefills && changed > 0; ++round) {
+      changed = 0;
+      std::set<std::vector<uint32_t>> tried;
+      for (uint32_t v = 0; v < web_.vertices(); ++v) {
+        const auto largest = std::min(kMostInDisk, static_cast<size_t>(kOfAll * double(web_.count())));
+        changed += patches.around(v, largest, [&](const Refill& each) {
+          return web_.count() + each.fill.quads.size() <= most + each.quads.size() && tried.insert(each.quads).second &&
+                 refilled(each);
+        });
+      }
+    }
+    stage_ = stage;
+  }
+  struct Judged {
+    double jacobian = 1, off = kOff, longest = 0;
+  };
+  Judged judged(const std::vector<uint32_t>& vertices) {
+    Judged out;
+    for (const uint32_t v : vertices) {
+      out.jacobian = std::min(out.jacobian, shapeAt(v));
+      out.off = std::max(out.off, offAround(v, web_.at(v)));
+      web_.beside(v, beside_);
+      for (const uint32_t each : beside_)
+        out.longest = std::max(out.longest, (web_.at(v) - web_.at(each)).norm() / sizeBetween(v, each));
+    }
+    return out;
+  }
+  std::vector<uint32_t> verticesOf(const std::vector<uint32_t>& quads) const {
+    std::vector<uint32_t> all;
+    for (const uint32_t f : quads) all.insert(all.end(), web_.quad(f).begin(), web_.quad(f).end());
+    std::sort(all.begin(), all.end());
+    all.erase(std::unique(all.begin(), all.end()), all.end());
+    return all;
+  }
+  // Whether each vertex that was there lies so near to quads, in sizes: none is left out, as the tip of a limb would
+  // be.
+  struct Place {
+    uint32_t vertex;
+    Vec3d at, normal;
+    double size;
+  };
+  template <class At>
+  static bool goAround(const std::vector<std::array<uint32_t, 4>>& quads, const At& at,
+                       const std::vector<Place>& places, double sizes) {
+    return std::all_of(places.begin(), places.end(), [&](const Place& place) {
+      const double near = sizes * place.size;
+      return std::any_of(quads.begin(), quads.end(), [&](const auto& q) {
+        const std::array<Vec3d, 4> p{at(q[0]), at(q[1]), at(q[2]), at(q[3])};
+        return (nearestOnTriangle(place.at, p[0], p[1], p[2]) - place.at).squaredNorm() < near * near ||
+               (nearestOnTriangle(place.at, p[0], p[2], p[3]) - place.at).squaredNorm() < near * near;
+      });
+    });
+  }
+  bool refilled(const Refill& refill) {
+    const std::vector<uint32_t> before = verticesOf(refill.quads);
+    std::vector<Place> places;
+    for (const uint32_t v : before) places.push_back({v, web_.at(v), normals_[v], size_[v]});
+    // The cheapest look first: most cannot be.
+    const auto filledAt = [&](uint32_t v) {
+      return v < QuadFill::kAdded ? web_.at(v) : refill.fill.added[v - QuadFill::kAdded];
+    };
+    if (!goAround(refill.fill.quads, filledAt, places, kAtOnce)) return false;
+    const Judged was = judged(before);
+    std::vector<std::array<uint32_t, 4>> old, made = refill.fill.quads;
+    for (const uint32_t f : refill.quads) old.push_back(web_.quad(f));
+    const auto first = static_cast<uint32_t>(web_.vertices());
+    for (const Vec3d& p : refill.fill.added) {
+      (void)web_.add(p);
+      hints_.push_back(hints_[before.front()]);
+      creaseHints_.push_back(UINT32_MAX);
+      size_.push_back(0);
+      normals_.push_back(Vec3d::Zero());
+    }
+    for (auto& quad : made)
+      for (uint32_t& v : quad)
+        if (v >= QuadFill::kAdded) v = v - QuadFill::kAdded + first;
+    const std::vector<uint32_t> quads = web_.replace(refill.quads, made, refill.quads);
+    changed_.resize(web_.quads(), 0);
+    for (uint32_t v = first; v < web_.vertices(); ++v) placeOnSurface(v, web_.at(v));
+    const std::vector<uint32_t> after = verticesOf(quads);
+    for (int round = 0; round < kEvened; ++round)
+      for (const uint32_t v : after) relax(v);
+    for (const uint32_t v : after) unfold(v);
+    const Judged is = judged(after);
+    const auto at = [&](uint32_t v) { return web_.at(v); };
+    if (is.jacobian >= std::min(was.jacobian, kGoodJacobian) && is.off <= was.off &&
+        is.longest <= kLonger * was.longest && goAround(made, at, places, kAway))
+      return true;
+    (void)web_.replace(quads, old, refill.quads);
+    for (const Place& each : places) {
+      web_.move(each.vertex, each.at);
+      normals_[each.vertex] = each.normal;
+      size_[each.vertex] = each.size;
+    }
+    return false;
   }
 
   // Edges at v turn as long as that brings four quads to more vertices.

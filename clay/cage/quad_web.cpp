@@ -64,8 +64,9 @@ void QuadWeb::setCrease(uint32_t from, uint32_t to, bool crease) {
   }
 }
 
-QuadWeb::Sector QuadWeb::sectorOf(uint32_t vertex, uint32_t quad) const {
+QuadWeb::Sector QuadWeb::sectorOf(uint32_t vertex, uint32_t quad, std::vector<uint32_t>* quads) const {
   const size_t creases = creasesAt(vertex);
+  if (quads) *quads = creases == 0 ? around_[vertex] : std::vector{quad};
   if (creases == 0) return {int(around_[vertex].size()), 4};
   Sector sector{1, 2};
   double angle = 0;
@@ -86,6 +87,7 @@ QuadWeb::Sector QuadWeb::sectorOf(uint32_t vertex, uint32_t quad) const {
     if (f == quad) return sector;  // one crease alone: it ends here
     s = cornerOf(f);
     add(f, s);
+    if (quads) quads->push_back(f);
     ++sector.count;
   }
   s = first;
@@ -93,6 +95,7 @@ QuadWeb::Sector QuadWeb::sectorOf(uint32_t vertex, uint32_t quad) const {
     f = across(quads_[f][size_t(s + 1) & 3], vertex);
     s = cornerOf(f);
     add(f, s);
+    if (quads) quads->push_back(f);
     ++sector.count;
   }
   if (creases != 2 || marked_[vertex]) sector.right = std::max(1, int(std::lround(angle / (std::numbers::pi / 2))));
@@ -107,7 +110,6 @@ bool QuadWeb::areBeside(uint32_t a, uint32_t b) const {
   });
 }
 
-// The quad that has the side from `from` to `to`.
 uint32_t QuadWeb::across(uint32_t from, uint32_t to) const {
   for (const uint32_t f : around_[from]) {
     const auto& q = quads_[f];
@@ -325,6 +327,41 @@ void QuadWeb::turn(uint32_t quad, int corner, int step) {
   creases_[six.other] = three(step + 3);
   for (const uint32_t f : {quad, six.other})
     for (const uint32_t v : quads_[f]) around_[v].push_back(f);
+}
+
+uint32_t QuadWeb::add(const Vec3d& at) {
+  positions_.push_back(at);
+  marked_.push_back(false);
+  around_.emplace_back();
+  return static_cast<uint32_t>(positions_.size() - 1);
+}
+
+std::vector<uint32_t> QuadWeb::replace(const std::vector<uint32_t>& going,
+                                       const std::vector<std::array<uint32_t, 4>>& quads,
+                                       const std::vector<uint32_t>& free) {
+  std::vector<std::array<uint32_t, 2>> creased;
+  for (const uint32_t f : going) {
+    for (size_t s = 0; s < 4; ++s) {
+      if (isCrease(f, int(s))) creased.push_back({quads_[f][s], quads_[f][(s + 1) & 3]});
+      removeFrom(quads_[f][s], f);
+    }
+    quads_[f][0] = kGone;
+  }
+  std::vector<uint32_t> made;
+  for (const auto& quad : quads) {
+    const auto f = static_cast<uint32_t>(made.size() < free.size() ? free[made.size()] : quads_.size());
+    if (f == quads_.size()) quads_.emplace_back(), creases_.push_back(0);
+    quads_[f] = quad;
+    creases_[f] = 0;
+    for (size_t s = 0; s < 4; ++s) {
+      around_[quad[s]].push_back(f);
+      if (std::find(creased.begin(), creased.end(), std::array{quad[s], quad[(s + 1) & 3]}) != creased.end())
+        creases_[f] = static_cast<uint8_t>(creases_[f] | 1 << s);
+    }
+    made.push_back(f);
+  }
+  alive_ = alive_ + quads.size() - going.size();
+  return made;
 }
 
 QuadMesh QuadWeb::mesh() const {

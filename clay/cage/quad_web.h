@@ -58,6 +58,27 @@ class QuadWeb {
   /// Where the edge goes then.
   [[nodiscard]] std::array<uint32_t, 2> endsOfTurn(uint32_t quad, int corner, int step) const;
 
+  /// The quads around a vertex that no crease parts from `quad`, one of them, and how many of them would be right.
+  struct Sector {
+    int count = 0, right = 4;
+    [[nodiscard]] int uneven(int more = 0, bool last = false) const {
+      const int off = count + more - right;
+      return last && right == 2 && off == -1 ? kHalfTurn : off * off;
+    }
+  };
+  [[nodiscard]] Sector sectorOf(uint32_t vertex, uint32_t quad, std::vector<uint32_t>* quads = nullptr) const;
+  /// The quad that has the side from `from` to `to`, which is one.
+  [[nodiscard]] uint32_t across(uint32_t from, uint32_t to) const;
+  [[nodiscard]] bool areBeside(uint32_t a, uint32_t b) const;
+
+  /// A vertex without quads.
+  uint32_t add(const Vec3d& at);
+  /// Other quads within the same border, which must be of the same shape and not join what is joined outside: that is
+  /// not looked at. Sides that were creases are. They get the numbers `free`, of quads that are gone or go now, and new
+  /// ones beyond. Returns their numbers.
+  std::vector<uint32_t> replace(const std::vector<uint32_t>& going, const std::vector<std::array<uint32_t, 4>>& quads,
+                                const std::vector<uint32_t>& free);
+
   /// Without what is gone.
   [[nodiscard]] QuadMesh mesh() const;
 
@@ -68,21 +89,10 @@ class QuadWeb {
     uint32_t other = 0;                // the quad on the other side
     std::array<uint32_t, 6> vertices;  // around both, the edge from 0 to 3
   };
-  // Quads between two creases at a vertex, and how many would be right; all around it where none is.
-  struct Sector {
-    int count = 0, right = 4;
-    [[nodiscard]] int uneven(int more = 0, bool last = false) const {
-      const int off = count + more - right;
-      return last && right == 2 && off == -1 ? kHalfTurn : off * off;
-    }
-  };
-  [[nodiscard]] Sector sectorOf(uint32_t vertex, uint32_t quad) const;
   [[nodiscard]] size_t creasesAt(uint32_t vertex) const;
   [[nodiscard]] bool isCrease(uint32_t quad, int side) const { return (creases_[quad] >> (side & 3) & 1) != 0; }
   void setCrease(uint32_t from, uint32_t to, bool crease);
-  [[nodiscard]] uint32_t across(uint32_t from, uint32_t to) const;
   [[nodiscard]] Six sixAround(uint32_t quad, int corner) const;
-  [[nodiscard]] bool areBeside(uint32_t a, uint32_t b) const;
   void removeFrom(uint32_t vertex, uint32_t quad);
 
   std::vector<Vec3d> positions_;

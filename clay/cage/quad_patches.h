@@ -1,0 +1,49 @@
+#pragma once
+// Disks of quads that could be filled with fewer vertices of other than four quads.
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "clay/cage/quad_fill.h"
+#include "clay/cage/quad_web.h"
+
+namespace argil::clay {
+
+/// A disk of quads, what would be in its place, and how much nearer to four quads around every vertex that would be:
+/// Σ (n − 4)² as QuadWeb counts it.
+struct Refill {
+  std::vector<uint32_t> quads;
+  QuadFill fill;
+  int gain = 0;
+};
+
+/// Looks for them around one vertex, small ones first. A disk grows until each vertex of its border can be a corner
+/// with one quad in it or lie on a side with two and has four quads then, creases counted; no crease leads into it.
+/// From there it grows by a row along one of its sides. The web may be changed between two calls. One thread.
+/// Method: Verma and Suresh 2017 (minimum singularity templates).
+class QuadPatches {
+ public:
+  explicit QuadPatches(const QuadWeb& web) : web_(web) {}
+
+  /// Calls `take` with each that gains, until it says yes; whether it did. At most `most` quads in a disk.
+  bool around(uint32_t vertex, size_t most, const std::function<bool(const Refill&)>& take);
+
+ private:
+  struct Disk {
+    std::vector<uint32_t> quads;  // sorted
+    std::vector<BorderSide> sides;
+    int uneven = 0;  // of what could become better
+  };
+  bool from(const std::vector<uint32_t>& first, size_t most, const std::function<bool(const Refill&)>& take);
+  // False: it cannot be a disk with straight sides.
+  bool straighten(Disk& disk, size_t most);
+  [[nodiscard]] bool isIn(uint32_t quad) const { return quad < stamp_.size() && stamp_[quad] == now_; }
+  void put(Disk& disk, uint32_t quad);
+
+  const QuadWeb& web_;
+  std::vector<uint32_t> stamp_;
+  uint32_t now_ = 0;
+};
+
+}  // namespace argil::clay
