@@ -407,11 +407,14 @@ class Coarsener {
   }
   struct Judged {
     double jacobian = 1, off = kOff, longest = 0;
+    int folded = 0;
   };
   Judged judged(const std::vector<uint32_t>& vertices) {
     Judged out;
     for (const uint32_t v : vertices) {
-      out.jacobian = std::min(out.jacobian, shapeAt(v));
+      const double jacobian = shapeAt(v);
+      out.jacobian = std::min(out.jacobian, jacobian);
+      out.folded += jacobian < kLeastJacobian;
       out.off = std::max(out.off, offAround(v, web_.at(v)));
       web_.beside(v, beside_);
       for (const uint32_t each : beside_)
@@ -477,7 +480,7 @@ class Coarsener {
     for (const uint32_t v : after) unfold(v);
     const Judged is = judged(after);
     const auto at = [&](uint32_t v) { return web_.at(v); };
-    if (is.jacobian >= std::min(was.jacobian, kGoodJacobian) && is.off <= was.off &&
+    if (is.jacobian >= std::min(was.jacobian, kGoodJacobian) && is.folded <= was.folded && is.off <= was.off &&
         is.longest <= kLonger * was.longest && goAround(made, at, places, kAway))
       return true;
     (void)web_.replace(quads, old, refill.quads);
