@@ -101,12 +101,13 @@ struct Peer {
 };
 
 // None without Blender.
-std::optional<Peer> byPeer(const TriangleMesh& surface, size_t quads, const fs::path& folder) {
+std::optional<Peer> byPeer(const TriangleMesh& given, const TriangleMesh& surface, size_t quads,
+                           const fs::path& folder) {
   if (!fs::exists(kBlender)) return std::nullopt;
   const fs::path script = folder / "peer.py", in = folder / "peer-in.obj", out = folder / "peer-out.obj",
                  told = folder / "peer.json";
   std::ofstream(script) << kPeer;
-  io::writeMesh(in, surface);
+  io::writeMesh(in, given);
   fs::remove(out);
   fs::remove(told);
   Peer peer;
@@ -185,7 +186,11 @@ void quadsOf(BenchReport& report, const BenchOptions& options, const std::string
       "{:.4f}, {:.1f} s",
       mesh.quads.size(), cageUs * 1e-6, irregular, off.rmsMm, off.most(), map.charts, 100 * map.covered, map.stretch,
       flatUs * 1e-6);
-  if (const std::optional<Peer> peer = beside ? byPeer(maker->surface(), quads, folder) : std::nullopt) {
+  // Of the fine surface QuadriFlow refuses edges without a length, which lie on creases.
+  Surface draft(false);
+  if (beside) draft.update(version, threads);
+  if (const std::optional<Peer> peer =
+          beside ? byPeer(draft.toMesh(), maker->surface(), quads, folder) : std::nullopt) {
     ++totals.peers;
     result.peerName = "QuadriFlow";
     result.peer = peer->seconds * 1e6;
