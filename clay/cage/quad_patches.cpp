@@ -57,10 +57,8 @@ bool QuadPatches::straighten(Disk& disk, size_t most) {
     }
     for (const auto& [v, beside] : next) {
       const QuadWeb::Sector around = web_.sectorOf(v, beside.second, &sector);
-      int inside = 0, all = 0;
+      int inside = 0;
       for (const uint32_t f : sector) inside += isIn(f);
-      for (const uint32_t f : web_.around(v)) all += isIn(f);
-      if (all != inside) return false;  // on both sides of a crease
       const int outside = around.count - inside, others = int(web_.around(v).size()) - inside;
       const int asked = std::max({1, around.right - outside, kLeast - others});
       if (asked > 2) {

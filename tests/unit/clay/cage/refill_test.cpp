@@ -127,11 +127,8 @@ void replaceIn(QuadWeb& web, const Refill& refill) {
   (void)web.replace(refill.quads, quads, refill.quads);
 }
 
-// A ring of quads has no irregular vertex. Edges that were turned at random make hundreds; refilled disks leave few,
-// whatever order they come in, each gains what it says, and the mesh stays closed and a ring.
-TEST(QuadPatches, TakeBackWhatWasTurned) {
+QuadMesh ringOf(uint32_t n, uint32_t m) {
   QuadMesh ring;
-  const uint32_t n = 36, m = 16;
   for (uint32_t i = 0; i < n; ++i)
     for (uint32_t j = 0; j < m; ++j) {
       const double a = 6.283185307179586 * i / n, b = 6.283185307179586 * j / m;
@@ -140,6 +137,13 @@ TEST(QuadPatches, TakeBackWhatWasTurned) {
       const auto at = [&](uint32_t x, uint32_t y) { return (x % n) * m + y % m; };
       ring.quads.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)});
     }
+  return ring;
+}
+
+// A ring of quads has no irregular vertex. Edges that were turned at random make hundreds; refilled disks leave few,
+// whatever order they come in, each gains what it says, and the mesh stays closed and a ring.
+TEST(QuadPatches, TakeBackWhatWasTurned) {
+  const QuadMesh ring = ringOf(36, 16);
   for (unsigned seed = 0; seed < 3; ++seed) {
     QuadWeb web(ring);
     std::mt19937 random(seed);
@@ -224,6 +228,68 @@ TEST(QuadPatches, LeaveCreases) {
   size_t left = 0;
   for (const auto& edge : after.edges()) left += edge.crease;
   EXPECT_EQ(left, creased);
+}
+
+// Closed creases, which lie wholly within a disk that is large enough, and their corners, where one quad more or less
+// leaves fewer than three.
+TEST(QuadPatches, LeaveClosedCreasesAndThreeQuadsAtEachVertex) {
+  const uint32_t n = 36, m = 16;
+  size_t taken = 0;
+  for (unsigned seed = 0; seed < 12; ++seed) {
+    QuadMesh ring = ringOf(n, m);
+    ring.creases.assign(ring.quads.size(), 0);
+    const auto crease = [&](uint32_t i, uint32_t j, int side) {
+      auto& bits = ring.creases[(i % n) * m + j % m];
+      bits = static_cast<uint8_t>(bits | 1 << side);
+    };
+    // Around blocks of w × w quads. Side 0 of a quad goes along i.
+    size_t creased = 0;
+    for (uint32_t k = 0; k < 4; ++k) {
+      const uint32_t i0 = 9 * k + 2, j0 = 3 + 2 * k, w = 1 + k % 3;
+      for (uint32_t t = 0; t < w; ++t) {
+        crease(i0 + t, j0, 0), crease(i0 + t, j0 + m - 1, 2);
+        crease(i0 + t, j0 + w - 1, 2), crease(i0 + t, j0 + w, 0);
+        crease(i0, j0 + t, 3), crease(i0 + n - 1, j0 + t, 1);
+        crease(i0 + w - 1, j0 + t, 1), crease(i0 + w, j0 + t, 3);
+        creased += 4;
+      }
+      for (const uint32_t i : {i0, i0 + w})
+        for (const uint32_t j : {j0, j0 + w}) ring.corners.push_back((i % n) * m + j % m);
+    }
+    QuadWeb web(ring);
+    std::mt19937 random(seed);
+    for (int turns = 0; turns < 60;) {
+      const auto f = static_cast<uint32_t>(random() % web.quads());
+      const int corner = static_cast<int>(random() % 4), step = random() % 2 ? 1 : -1;
+      if (!web.gainOfTurn(f, corner, step)) continue;
+      web.turn(f, corner, step);
+      ++turns;
+    }
+    QuadPatches patches(web);
+    for (uint32_t v = 0; v < web.vertices(); ++v) {
+      if (web.around(v).empty()) continue;
+      taken += patches.around(v, 300, [&](const Refill& refill) {
+        const std::set<uint32_t> disk(refill.quads.begin(), refill.quads.end());
+        for (const uint32_t f : refill.quads)
+          for (size_t s = 0; s < 4; ++s)
+            if ((web.creases(f) >> s & 1) != 0) {
+              EXPECT_FALSE(disk.contains(web.across(web.quad(f)[(s + 1) & 3], web.quad(f)[s])));
+            }
+        if (random() % 4 != 0) return false;  // larger ones as well
+        replaceIn(web, refill);
+        return true;
+      });
+    }
+    for (uint32_t v = 0; v < web.vertices(); ++v)
+      if (!web.around(v).empty()) {
+        EXPECT_GE(web.around(v).size(), 3u);
+      }
+    const QuadTopology after(web.mesh());
+    size_t left = 0;
+    for (const auto& edge : after.edges()) left += edge.crease;
+    EXPECT_EQ(left, creased);
+  }
+  EXPECT_GT(taken, 50u);
 }
 
 double farthest(const CageMaker& maker, const QuadMesh& cage) {
