@@ -97,7 +97,7 @@ class Coarsener {
     for (uint32_t f = 0; f < web_.quads(); ++f)
       if (web_.isThere(f)) (void)web_.removeInset(f);
     last_ = true;
-    refill(most);
+    refill(most, part);
     for (int round = 0; round < kAtTheEnd; ++round) {
       if (round == kAtTheEnd / 2) cutCorners();  // where no turn of an edge gave one a second quad
       makeEven();
@@ -389,13 +389,14 @@ class Coarsener {
 
   // Disks that would have fewer vertices of other than four quads are filled anew, where the shape of quads, what lies
   // off the surface and the lengths of edges allow it.
-  void refill(size_t most) {
+  void refill(size_t most, const WorkPart& part) {
     const size_t stage = std::exchange(stage_, 0);
     QuadPatches patches(web_);
     for (int round = 0, changed = 1; round < kRefills && changed > 0; ++round) {
       changed = 0;
       std::set<std::vector<uint32_t>> tried;
       for (uint32_t v = 0; v < web_.vertices(); ++v) {
+        part.step(1);
         const auto largest = std::min(kMostInDisk, static_cast<size_t>(kOfAll * double(web_.count())));
         changed += patches.around(v, largest, [&](const Refill& each) {
           return web_.count() + each.fill.quads.size() <= most + each.quads.size() && tried.insert(each.quads).second &&
@@ -484,6 +485,10 @@ class Coarsener {
         is.longest <= kLonger * was.longest && goAround(made, at, places, kAway))
       return true;
     (void)web_.replace(quads, old, refill.quads);
+    web_.takeBack(first);
+    for (auto* each : {&hints_, &creaseHints_}) each->resize(first);
+    size_.resize(first);
+    normals_.resize(first);
     for (const Place& each : places) {
       web_.move(each.vertex, each.at);
       normals_[each.vertex] = each.normal;

@@ -336,6 +336,12 @@ uint32_t QuadWeb::add(const Vec3d& at) {
   return static_cast<uint32_t>(positions_.size() - 1);
 }
 
+void QuadWeb::takeBack(uint32_t first) {
+  positions_.resize(first);
+  marked_.resize(first);
+  around_.resize(first);
+}
+
 std::vector<uint32_t> QuadWeb::replace(const std::vector<uint32_t>& going,
                                        const std::vector<std::array<uint32_t, 4>>& quads,
                                        const std::vector<uint32_t>& free) {

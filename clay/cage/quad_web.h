@@ -73,6 +73,8 @@ class QuadWeb {
 
   /// A vertex without quads.
   uint32_t add(const Vec3d& at);
+  /// The vertices from `first` on, which have no quads, were never added.
+  void takeBack(uint32_t first);
   /// Other quads within the same border, which must be of the same shape and not join what is joined outside: that is
   /// not looked at. Sides that were creases are. They get the numbers `free`, of quads that are gone or go now, and new
   /// ones beyond. Returns their numbers.

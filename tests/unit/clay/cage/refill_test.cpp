@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <map>
 #include <random>
 #include <set>
+#include <thread>
 #include <utility>
 
 #include "clay/base/error.h"
@@ -320,6 +322,33 @@ TEST(CoarseCage, HasFewIrregularVerticesAndLeavesNothingOut) {
     EXPECT_LT(topology.irregular(), cage.mesh.quads.size() / 8) << "of " << cage.mesh.quads.size();
     EXPECT_LT(farthest(maker, cage.mesh), 2.5) << quads;
   }
+}
+
+// Disks are looked for at the end, for seconds: that ends at once, too.
+TEST(CoarseCage, CancelEndsTheSearchForDisks) {
+  Version clay = makeSphere(Store::make(), grid(), Vec3d::Zero(), 20);
+  clay = combine(clay, makeTorus(Store::make(), grid(), {0, 24, 0}, 12, 2.5), Combination::join);
+  const CageMaker maker(clay, 800, false, 2, WorkPart(nullptr));
+  Job job;
+  std::atomic<bool> over{false};
+  std::jthread watcher([&] {
+    while (job.fraction() < 1 && !over) std::this_thread::yield();
+    job.cancel();
+  });
+  EXPECT_THROW((void)maker.make(WorkPart(&job)), Cancelled);
+  over = true;
+}
+
+// What was added in vain is as if it never had been.
+TEST(QuadWeb, TakesVerticesBack) {
+  QuadWeb web(ringOf(8, 6));
+  EXPECT_EQ(web.add(Vec3d::Zero()), 48u);
+  EXPECT_EQ(web.add(Vec3d::Zero()), 49u);
+  web.takeBack(48);
+  EXPECT_EQ(web.vertices(), 48u);
+  EXPECT_EQ(web.add(Vec3d::UnitX()), 48u);
+  EXPECT_TRUE(web.around(48).empty());
+  EXPECT_EQ(web.mesh().positions.size(), 48u);
 }
 
 // Many handles need many quads, which is known before any is drawn.
