@@ -16,7 +16,7 @@
 
 #include "bench/bench.h"
 #include "clay/cage/fit_cage.h"
-#include "clay/cage/fit_quads.h"
+#include "clay/cage/flat_quads.h"
 #include "clay/field/primitives.h"
 #include "clay/field/region_work.h"
 #include "clay/import/mesh_to_clay.h"
@@ -37,7 +37,7 @@ using namespace clay;
 namespace fs = std::filesystem;
 
 constexpr double kSizeMm = 100, kVoxelMm = 0.25;
-constexpr size_t kFewQuads = 500, kQuads = 2000;
+constexpr size_t kFewQuads = 500, kQuads = 2000, kManyQuads = 10000;
 constexpr double kSculptVoxelMm = 0.5;
 constexpr const char* kBlender = "/usr/bin/blender";
 
@@ -149,14 +149,9 @@ void quadsOf(BenchReport& report, const BenchOptions& options, const std::string
   const int threads = threadCount(options.threads);
   ++totals.models;
   const Stopwatch watch;
-  std::optional<CageMaker> maker;
-  QuadMesh mesh;
-  double cageUs = 0;
+  FlatQuads made;
   try {
-    maker.emplace(version, quads, true, threads, WorkPart(options.job));
-    mesh = maker->make(WorkPart(options.job)).mesh;
-    cageUs = watch.us();
-    fitQuads(mesh, maker->surface(), maker->tree(), maker->creases(), threads, WorkPart(options.job));
+    made = flatQuads(version, quads, threads, WorkPart(options.job));
   } catch (const Cancelled&) {
     throw;
   } catch (const Error& e) {
@@ -165,13 +160,21 @@ void quadsOf(BenchReport& report, const BenchOptions& options, const std::string
     return;
   }
   const double quadsUs = watch.us();
+  const QuadMesh& mesh = made.mesh;
+  const TriangleMesh& surface = made.maker->surface();
+  double meanJacobian = 0, leastJacobian = 1;
+  for (const auto& quad : mesh.quads) {
+    const double jacobian = scaledJacobian(mesh, quad);
+    meanJacobian += jacobian / double(mesh.quads.size());
+    leastJacobian = std::min(leastJacobian, jacobian);
+  }
   const Stopwatch flat;
   const UvMap map = unwrapped(mesh, {}, WorkPart(options.job));
   const double flatUs = flat.us();
   const size_t irregular = QuadTopology(mesh.positions.size(), mesh.quads).irregular();  // on creases as elsewhere
-  const Deviation off = deviation(maker->surface(), trianglesOf(mesh));
-  Vec3d low = maker->surface().positions.front(), high = low;
-  for (const Vec3d& p : maker->surface().positions) low = low.cwiseMin(p), high = high.cwiseMax(p);
+  const Deviation off = deviation(surface, trianglesOf(mesh));
+  Vec3d low = surface.positions.front(), high = low;
+  for (const Vec3d& p : surface.positions) low = low.cwiseMin(p), high = high.cwiseMax(p);
   const double size = (high - low).maxCoeff();
   totals.worstShare = std::max(totals.worstShare, off.most() / size);
   totals.charts = std::max(totals.charts, map.charts);
@@ -182,15 +185,14 @@ void quadsOf(BenchReport& report, const BenchOptions& options, const std::string
   BenchResult result = samples.result(fmt::format("cad/quads/{}/{}", name, quads));
   result.threads = threads;
   result.note = fmt::format(
-      "{} quads, cage {:.1f} s; {} irregular; off {:.2g} RMS {:.2g} most mm; {} charts, {:.0f} % covered, stretch "
-      "{:.4f}, {:.1f} s",
-      mesh.quads.size(), cageUs * 1e-6, irregular, off.rmsMm, off.most(), map.charts, 100 * map.covered, map.stretch,
-      flatUs * 1e-6);
+      "{} quads, halved {} times; {} irregular; scaled Jacobian {:.2f} in the mean, {:.2f} at least; off {:.2g} RMS "
+      "{:.2g} most mm; {} charts, {:.0f} % covered, stretch {:.4f}, {:.1f} s",
+      mesh.quads.size(), made.halvings, irregular, meanJacobian, leastJacobian, off.rmsMm, off.most(), map.charts,
+      100 * map.covered, map.stretch, flatUs * 1e-6);
   // Of the fine surface QuadriFlow refuses edges without a length, which lie on creases.
   Surface draft(false);
   if (beside) draft.update(version, threads);
-  if (const std::optional<Peer> peer =
-          beside ? byPeer(draft.toMesh(), maker->surface(), quads, folder) : std::nullopt) {
+  if (const std::optional<Peer> peer = beside ? byPeer(draft.toMesh(), surface, quads, folder) : std::nullopt) {
     ++totals.peers;
     result.peerName = "QuadriFlow";
     result.peer = peer->seconds * 1e6;
@@ -295,7 +297,7 @@ void benchCad(BenchReport& report, const BenchOptions& options) {
     std::vector<fs::path> files;
     for (const auto& each : fs::directory_iterator(fs::path(data) / "mesh")) files.push_back(each.path());
     std::sort(files.begin(), files.end());
-    Totals few, many;
+    Totals few, more, many;
     for (const fs::path& file : files) {
       TriangleMesh mesh;
       try {
@@ -314,12 +316,14 @@ void benchCad(BenchReport& report, const BenchOptions& options) {
       if (!clay.report.sound() || clay.version.stats().bricks == 0) continue;
       const std::string name = file.stem().string();
       quadsOf(report, options, name, clay.version, kFewQuads, folder, true, few);
-      quadsOf(report, options, name, clay.version, kQuads, folder, true, many);
+      quadsOf(report, options, name, clay.version, kQuads, folder, true, more);
+      quadsOf(report, options, name, clay.version, kManyQuads, folder, true, many);
       facesOf(report, options, name, clay.version, kFewQuads);
       facesOf(report, options, name, clay.version, 2 * kFewQuads);
     }
     tell(report, "closed meshes, 500 quads", few);
-    tell(report, "closed meshes, 2 000 quads", many);
+    tell(report, "closed meshes, 2 000 quads", more);
+    tell(report, "closed meshes, 10 000 quads", many);
   } else {
     report.heading("cad: set ARGIL_DATA to the folder of test data for real models");
   }

@@ -118,7 +118,8 @@ QuadMesh quadsOf(const Surface& surface) {
   return quads;
 }
 
-CageMaker::CageMaker(const Version& version, size_t most, bool creased, int threads, const WorkPart& part)
+CageMaker::CageMaker(const Version& version, size_t most, bool creased, int threads, const WorkPart& part,
+                     const std::optional<EndPlane>& end)
     : most_(most) {
   if (version.stats().bricks == 0) throw Error("the piece is empty: there is no surface to draw a cage on");
   if (most < kLeastQuads) throw Error(fmt::format("a cage of {} quads: give at least {}", most, kLeastQuads));
@@ -130,7 +131,7 @@ CageMaker::CageMaker(const Version& version, size_t most, bool creased, int thre
   Surface own(creased, creased ? Grade::fine : Grade::draft);
   own.update(version, threads);
   surface_ = own.toMesh();
-  creases_.emplace(own, surface_, even_);
+  creases_.emplace(own, surface_, even_, end);
   if (creased && creases_->empty()) {
     own = Surface(false);
     own.update(version, threads);

@@ -23,8 +23,9 @@ struct CoarseCage {
 class CageMaker {
  public:
   /// Sizes are even, but smaller where the clay, or the air in a slit of it, is thin. `creased`: edges of cages follow
-  /// the clay's creases. Throws as coarseCage().
-  CageMaker(const Version& version, size_t most, bool creased, int threads, const WorkPart& part);
+  /// the clay's creases, `end`: and the border of what lies in that plane. Throws as coarseCage().
+  CageMaker(const Version& version, size_t most, bool creased, int threads, const WorkPart& part,
+            const std::optional<EndPlane>& end = {});
   CageMaker(const CageMaker&) = delete;
   CageMaker& operator=(const CageMaker&) = delete;
 
@@ -39,6 +40,10 @@ class CageMaker {
   /// surface, and larger where by less.
   void refine(const std::vector<float>& off);
   [[nodiscard]] const std::vector<float>& sizes() const { return sizes_; }
+  /// Nothing finer than that is looked at, mm.
+  [[nodiscard]] double finestMm() const { return finest_; }
+  /// Of the clay, as in CoarseCage.
+  [[nodiscard]] int64_t shape() const { return shape_; }
 
  private:
   void evenOut();

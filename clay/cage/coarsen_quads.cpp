@@ -24,6 +24,7 @@ constexpr double kLeastEdge = 0.1;   // of the finest: evening out makes none sh
 constexpr double kLeastMade = 0.02;  // and nothing else one shorter than that
 constexpr int kAtFirst = 3;          // rounds that make edges even, where there are creases
 constexpr int kAtTheEnd = 20;        // rounds that make edges even
+constexpr int kOfHalved = 6;         // rounds that make those of halved quads even
 constexpr size_t kStepEach = 512;
 constexpr double kLastShare = 1.3;   // times the quads that are asked for: from there on lines keep two quads a vertex
 constexpr double kNearCrease = 0.5;  // of a size: a vertex of a line that is so near goes onto the crease
@@ -67,12 +68,12 @@ class Coarsener {
       web_.beside(v, beside_);
       if (shortestAt(v) < kLeastMade * finest_ && !web_.isOnCrease(v)) web_.move(v, beside[v]);
     }
-    if (!creases_.empty())
-      for (int round = 0; round < kAtFirst; ++round) makeEven();
-    for (uint32_t f = 0; f < web_.quads(); ++f) offer(f);
   }
 
   QuadMesh run(size_t most, const WorkPart& part) {
+    if (!creases_.empty())
+      for (int round = 0; round < kAtFirst; ++round) makeEven();
+    for (uint32_t f = 0; f < web_.quads(); ++f) offer(f);
     const size_t first = web_.count();
     size_t done = 0, doneBefore = 0;
     while (web_.count() > most) {
@@ -101,9 +102,17 @@ class Coarsener {
     for (int round = 0; round < kAtTheEnd; ++round) {
       if (round == kAtTheEnd / 2) cutCorners();  // where no turn of an edge gave one a second quad
       makeEven();
-      if (round >= kAtTheEnd / 2)
-        for (uint32_t v = 0; v < web_.vertices(); ++v) unfold(v);
+      if (round >= kAtTheEnd / 2) unfoldAll();
     }
+    return web_.mesh();
+  }
+
+  QuadMesh evened(const WorkPart& part) {
+    for (int round = 0; round < kOfHalved; ++round) {
+      part.step(double(round) / kOfHalved);
+      for (uint32_t v = 0; v < web_.vertices(); ++v) relax(v);
+    }
+    unfoldAll();
     return web_.mesh();
   }
 
@@ -387,6 +396,10 @@ class Coarsener {
     place(v, best);
   }
 
+  void unfoldAll() {
+    for (uint32_t v = 0; v < web_.vertices(); ++v) unfold(v);
+  }
+
   // Disks that would have fewer vertices of other than four quads are filled anew, where the shape of quads, what lies
   // off the surface and the lengths of edges allow it.
   void refill(size_t most, const WorkPart& part) {
@@ -547,6 +560,11 @@ class Coarsener {
 QuadMesh coarsened(QuadMesh fine, const TriangleMesh& surface, const NearestTriangle& tree, const CreaseMap& creases,
                    const std::vector<float>& sizes, size_t most, double finest, const WorkPart& part) {
   return Coarsener(std::move(fine), surface, tree, creases, sizes, finest).run(most, part);
+}
+
+QuadMesh evenedOut(QuadMesh mesh, const TriangleMesh& surface, const NearestTriangle& tree, const CreaseMap& creases,
+                   const std::vector<float>& sizes, double finest, const WorkPart& part) {
+  return Coarsener(std::move(mesh), surface, tree, creases, sizes, finest).evened(part);
 }
 
 }  // namespace argil::clay

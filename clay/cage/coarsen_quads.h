@@ -21,4 +21,9 @@ namespace argil::clay {
                                  const CreaseMap& creases, const std::vector<float>& sizes, size_t most, double finest,
                                  const WorkPart& part);
 
+/// The same quads, their vertices on the surface and edges as even as coarsened() makes them; no quad is joined.
+[[nodiscard]] QuadMesh evenedOut(QuadMesh mesh, const TriangleMesh& surface, const NearestTriangle& tree,
+                                 const CreaseMap& creases, const std::vector<float>& sizes, double finest,
+                                 const WorkPart& part);
+
 }  // namespace argil::clay

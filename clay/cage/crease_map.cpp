@@ -19,6 +19,7 @@ namespace {
 constexpr double kLeastLine = 2, kLeastWidth = 0.2;  // even edges: shorter creases and narrower faces are left out
 constexpr int kCornerPieces = 4;                     // of a line, over which a turn is seen
 constexpr double kCornerTurn = 0.7;                  // radians
+constexpr float kAcrossEnd = 0.9f;                   // cosine to the axis
 constexpr double kOneCorner = 1.5;                   // pieces
 constexpr double kOnePlace = 0.01;                   // of the mean side
 constexpr double kPlaces[][2] = {{0.5, 0.5}, {0.25, 0.25}, {0.75, 0.25}, {0.75, 0.75}, {0.25, 0.75}};  // of a quad
@@ -27,14 +28,14 @@ const float kLeastCosine = static_cast<float>(std::cos(kCreaseDegrees / 180 * st
 
 }  // namespace
 
-CreaseMap::CreaseMap(const Surface& fine, const TriangleMesh& mesh, double evenMm) {
+CreaseMap::CreaseMap(const Surface& fine, const TriangleMesh& mesh, double evenMm, const std::optional<EndPlane>& end) {
   std::vector<bool> sharp;
   sharp.reserve(mesh.positions.size());
   fine.forEach([&](const BrickMesh& brick) {
     for (const PackedNormal& each : brick.normals) sharp.push_back((each.v & 1) != 0);
   });
   sharp.resize(mesh.positions.size(), false);
-  if (std::find(sharp.begin(), sharp.end(), true) == sharp.end()) return;
+  if (!end && std::find(sharp.begin(), sharp.end(), true) == sharp.end()) return;
   // Sides between two sharp vertices at which the surface turns.
   const SurfaceCells cells(mesh.positions, mesh.triangles);
   const auto to = [&](size_t side) { return cells.corners[side - side % 3 + (side + 1) % 3]; };
@@ -50,6 +51,20 @@ CreaseMap::CreaseMap(const Surface& fine, const TriangleMesh& mesh, double evenM
     if (bent[side]) lineLengths[lines.find(cells.corners[side])] += 0.5 * double(cells.lengths[side]);
   for (size_t side = 0; side < bent.size(); ++side)
     bent[side] = bent[side] && lineLengths[lines.find(cells.corners[side])] >= kLeastLine * evenMm;
+  if (end) {
+    std::vector<bool> ends(cells.count());
+    for (size_t cell = 0; cell < ends.size(); ++cell) {
+      const auto& t = mesh.triangles[cell];
+      ends[cell] = cells.normals[cell][end->axis] > kAcrossEnd && std::all_of(t.begin(), t.end(), [&](uint32_t v) {
+                     return std::abs(mesh.positions[v][end->axis] - end->atMm) < end->nearMm;
+                   });
+    }
+    for (size_t side = 0; side < bent.size(); ++side)
+      if (ends[side / 3] != ends[cells.across[side]])
+        bent[side] = true;
+      else if (ends[side / 3])
+        bent[side] = false;
+  }
   face_ = facesOf(cells, bent, kLeastWidth * evenMm);
   // Vertices at one place are one end of pieces.
   const double mean = std::accumulate(cells.lengths.begin(), cells.lengths.end(), 0.0) / double(bent.size());
@@ -67,8 +82,8 @@ CreaseMap::CreaseMap(const Surface& fine, const TriangleMesh& mesh, double evenM
   for (uint32_t side = 0; side < bent.size(); ++side) {
     const uint32_t a = cells.corners[side], b = to(side);
     if (!bent[side] || a > b || face_[side / 3] == face_[cells.across[side]]) continue;
-    const uint32_t from = indexOf(a), end = indexOf(b);
-    if (from != end && known.insert(std::minmax(from, end)).second) pieces_.triangles.push_back({from, end, end});
+    const uint32_t from = indexOf(a), last = indexOf(b);
+    if (from != last && known.insert(std::minmax(from, last)).second) pieces_.triangles.push_back({from, last, last});
   }
   if (empty()) return;
   tree_ = std::make_unique<NearestTriangle>(pieces_);

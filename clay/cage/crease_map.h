@@ -2,6 +2,7 @@
 // The creases of a clay's surface, for cages whose edges follow them.
 
 #include <memory>
+#include <optional>
 #include <set>
 #include <vector>
 
@@ -11,6 +12,12 @@
 
 namespace argil::clay {
 
+/// A plane that a clay ends at: what lies in it, within `nearMm`, is a face of its own whatever turns beside it.
+struct EndPlane {
+  int axis = 0;  ///< 0 to 2: x, y, z; the clay lies below.
+  double atMm = 0, nearMm = 0;
+};
+
 /// Where a surface turns by kCreaseDegrees and more, as pieces of lines between its faces. Any number of threads may
 /// ask.
 class CreaseMap {
@@ -18,7 +25,7 @@ class CreaseMap {
   /// Of a surface of the fine grade with normals, and the mesh that it gives, for cages with edges of about `evenMm`:
   /// short lines and narrow faces are left out, and so is what ends within a face. Throws Error for a surface that is
   /// not closed.
-  CreaseMap(const Surface& fine, const TriangleMesh& mesh, double evenMm);
+  CreaseMap(const Surface& fine, const TriangleMesh& mesh, double evenMm, const std::optional<EndPlane>& end = {});
   CreaseMap(const CreaseMap&) = delete;
   CreaseMap& operator=(const CreaseMap&) = delete;
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "clay/base/parallel.h"
@@ -16,9 +17,11 @@ namespace {
 constexpr int kRounds = 5;
 constexpr std::array kPlaces = {1.0 / 6, 0.5, 5.0 / 6};
 constexpr size_t kOfQuad = kPlaces.size() * kPlaces.size();
-constexpr double kAlong = 0.02;  // of a place's weight: how much a vertex is held along the surface
-constexpr double kStay = 0.02;   // and where it is at all
-constexpr double kHeld = 1000;   // of a place's weight: how much creases and corners hold their vertices
+constexpr double kAlong = 0.02;          // of a place's weight: how much a vertex is held along the surface
+constexpr double kStay = 0.02;           // and where it is at all
+constexpr double kLeastJacobian = 0.25;  // a move that makes a quad worse is taken back in part, by halves
+constexpr int kHalves = 5;
+constexpr double kHeld = 1000;  // of a place's weight: how much creases and corners hold their vertices
 
 // Which ways a vertex is held, as a projection: across its crease, or all of them at a corner.
 struct Held {
@@ -74,6 +77,29 @@ std::vector<Off> offOf(const QuadMesh& mesh, const TriangleMesh& surface, const 
   return out;
 }
 
+// Moves of vertices become shorter around quads that they would fold, until none is worse than it was or than a quad
+// may be.
+void keepShape(QuadMesh& mesh, const std::vector<Vec3d>& before) {
+  std::vector<double> worst(mesh.quads.size());
+  const std::vector<Vec3d> wanted = std::exchange(mesh.positions, before);
+  for (size_t f = 0; f < worst.size(); ++f) worst[f] = std::min(kLeastJacobian, scaledJacobian(mesh, mesh.quads[f]));
+  mesh.positions = wanted;
+  std::vector<int> halves(wanted.size(), 0);
+  for (bool again = true; again;) {
+    again = false;
+    std::vector<bool> shorter(wanted.size());
+    for (size_t f = 0; f < worst.size(); ++f)
+      if (scaledJacobian(mesh, mesh.quads[f]) < worst[f])
+        for (const uint32_t v : mesh.quads[f]) shorter[v] = true;
+    for (size_t v = 0; v < wanted.size(); ++v) {
+      if (!shorter[v] || halves[v] > kHalves) continue;
+      again = true;
+      const double share = ++halves[v] > kHalves ? 0 : std::ldexp(1.0, -halves[v]);
+      mesh.positions[v] = before[v] + share * (wanted[v] - before[v]);
+    }
+  }
+}
+
 }  // namespace
 
 void fitQuads(QuadMesh& mesh, const TriangleMesh& surface, const NearestTriangle& tree, const CreaseMap& creases,
@@ -125,6 +151,7 @@ void fitQuads(QuadMesh& mesh, const TriangleMesh& surface, const NearestTriangle
     const Eigen::SimplicialLDLT<Sparse> solver(matrix);
     if (solver.info() != Eigen::Success) return;
     const Eigen::VectorXd move = solver.solve(right);
+    const std::vector<Vec3d> before = mesh.positions;
     for (size_t v = 0; v < mesh.positions.size(); ++v)
       mesh.positions[v] += move.segment<3>(3 * static_cast<Eigen::Index>(v));
     for (Held& each : held) {
@@ -135,6 +162,7 @@ void fitQuads(QuadMesh& mesh, const TriangleMesh& surface, const NearestTriangle
       else if (const CreaseMap::Hit hit = creases.nearest(at, each.hint); hit.squared < way.squaredNorm())
         at = hit.mm;  // in a gap that was bridged there is no crease near by
     }
+    keepShape(mesh, before);
   }
 }
 

@@ -68,4 +68,43 @@ size_t QuadTopology::irregular() const {
   return count;
 }
 
+double scaledJacobian(const QuadMesh& mesh, const std::array<uint32_t, 4>& quad) {
+  std::array<Vec3d, 4> p;
+  for (size_t s = 0; s < 4; ++s) p[s] = mesh.positions[quad[s]];
+  const Vec3d normal = (p[2] - p[0]).cross(p[3] - p[1]).normalized();
+  double least = 1;
+  for (size_t s = 0; s < 4; ++s) {
+    const Vec3d next = p[(s + 1) & 3] - p[s], last = p[(s + 3) & 3] - p[s];
+    const double lengths = next.norm() * last.norm();
+    least = std::min(least, lengths > 0 ? next.cross(last).dot(normal) / lengths : 0);
+  }
+  return least;
+}
+
+QuadMesh halved(const QuadMesh& mesh) {
+  const QuadTopology topology(mesh);
+  QuadMesh out;
+  out.positions = mesh.positions;
+  out.corners = mesh.corners;
+  const auto firstMiddle = static_cast<uint32_t>(out.positions.size());
+  for (const QuadTopology::Edge& each : topology.edges())
+    out.positions.push_back(0.5 * (mesh.positions[each.from] + mesh.positions[each.to]));
+  out.quads.reserve(4 * mesh.quads.size());
+  for (uint32_t f = 0; f < mesh.quads.size(); ++f) {
+    const auto& q = mesh.quads[f];
+    const auto middle = static_cast<uint32_t>(out.positions.size());
+    out.positions.push_back(
+        0.25 * (mesh.positions[q[0]] + mesh.positions[q[1]] + mesh.positions[q[2]] + mesh.positions[q[3]]));
+    for (int s = 0; s < 4; ++s) {
+      const int last = (s + 3) & 3;
+      out.quads.push_back(
+          {q[size_t(s)], firstMiddle + topology.edgeOf(f, s), middle, firstMiddle + topology.edgeOf(f, last)});
+      if (mesh.creases.empty()) continue;
+      const int bits = mesh.creases[f];
+      out.creases.push_back(static_cast<uint8_t>((bits >> s & 1) | (bits >> last & 1) << 3));
+    }
+  }
+  return out;
+}
+
 }  // namespace argil::clay

@@ -17,6 +17,13 @@ struct QuadMesh {
   std::vector<uint32_t> corners = {};  ///< Vertices where a line of creases turns sharply.
 };
 
+/// The least scaled Jacobian of a quad's four corners, seen along the quad's own normal: 1 for a rectangle, 0 where a
+/// corner is half a turn, below 0 where one bends inwards. 0 where a side has no length.
+[[nodiscard]] double scaledJacobian(const QuadMesh& mesh, const std::array<uint32_t, 4>& quad);
+
+/// Each quad in four, at the middles of its sides; creases and corners as they were.
+[[nodiscard]] QuadMesh halved(const QuadMesh& mesh);
+
 /// What is beside what in a closed mesh of quads. Side s of a quad goes from its corner s to the next.
 class QuadTopology {
  public:

@@ -17,6 +17,7 @@
 #include "clay/store/store.h"
 #include "clay/store/tree_view.h"
 #include "clay/whole/resample.h"
+#include "clay/whole/wedge.h"
 
 namespace argil::clay {
 
@@ -29,9 +30,6 @@ uint8_t mapped(const MaterialMap& materials, uint8_t own) {
   return own < materials.size() ? materials[own] : own;
 }
 
-constexpr float kInexact = 0.5f;  // voxels: distances of sculpted clay are off by less
-// Cosine between two surfaces' normals above which they count as one surface: the line where they meet is then nowhere.
-constexpr float kParallel = 0.995f;
 constexpr uint64_t kStepEvery = 256;  // bricks between two looks at the job
 
 // All three are an intersection of solids, one or both of them and the result turned inside out.
@@ -151,13 +149,9 @@ class Combiner {
     for (int i = 0; i < kBrickVoxels; ++i) {
       const float pa = turnA_ ? -valuesA[i] : valuesA[i], pb = turnB_ ? -valuesB[i] : valuesB[i];
       float value = std::max(pa, pb);
-      // The point that a voxel's distance was measured to is outside of the other solid only if that is nearer than
-      // twice the distance.
-      const float other = std::min(pa, pb);
-      if (value > 0 && value < band && other > -value - kInexact) {
+      if (mayEnd(pa, pb, band)) {
         ends = true;
-        if (other > -value)
-          value = std::min(wedgeDistance(a.coord * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7}, pa, pb), band);
+        value = outside(a.coord * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7}, pa, pb);
       }
       phi[i] = turnA_ ? -value : value;
     }
@@ -166,40 +160,16 @@ class Combiner {
     if (channels_ || channelsB_) met_.push_back(a.coord);
   }
 
-  // Distance of a voxel outside of the intersection to that intersection, given its distances to both solids.
-  // Near the voxel both are half-spaces. Where the foot on the farther plane lies in the other
-  // half-space, that plane is nearest; else the line is where both planes meet. Voxels beside the surface keep the
-  // larger distance, so that the surface crosses voxel edges where one of the two solids' does.
-  float wedgeDistance(Coord voxel, float pa, float pb) {
-    const float high = std::max(pa, pb), low = std::min(pa, pb);
-    Vec3f ga, gb;
-    for (int axis = 0; axis < 3; ++axis) {
-      float a[2], b[2];
-      for (int side = 0; side < 2; ++side) {
-        const int step = side ? 1 : -1;
-        const Coord next = voxel + Coord{axis == 0 ? step : 0, axis == 1 ? step : 0, axis == 2 ? step : 0};
-        a[side] = turnA_ ? -fieldA_.voxel(next) : fieldA_.voxel(next);
-        b[side] = turnB_ ? -fieldB_.voxel(next) : fieldB_.voxel(next);
-        if (std::max(a[side], b[side]) < 0) return high;
-      }
-      // Central differences, but where one neighbour is out of the band: there the other alone tells the slope.
-      ga[axis] = slope(a[0], a[1], pa);
-      gb[axis] = slope(b[0], b[1], pb);
-    }
-    const float lengths = std::sqrt(ga.squaredNorm() * gb.squaredNorm());
-    if (!(lengths > 0.25f)) return high;  // a ridge of one of the solids: its normal is not known
-    const float cosine =
-        std::min(std::max(((ga.x() * gb.x() + ga.y() * gb.y()) + ga.z() * gb.z()) / lengths, -1.0f), 1.0f);
-    if (low - cosine * high <= 0 || cosine > kParallel) return high;
-    // Opposite half-spaces that do not meet, or far away only.
-    if (cosine < -kParallel) return editor_.grid().band;
-    return std::sqrt((high * high + low * low - 2 * cosine * high * low) / (1 - cosine * cosine));
+  float outside(Coord voxel, float pa, float pb) {
+    const auto next = [&](int axis, int step) {
+      return voxel + Coord{axis == 0 ? step : 0, axis == 1 ? step : 0, axis == 2 ? step : 0};
+    };
+    return wedgeDistance(
+        pa, pb, editor_.grid().band,
+        [&](int axis, int step) { return turned(turnA_, fieldA_.voxel(next(axis, step))); },
+        [&](int axis, int step) { return turned(turnB_, fieldB_.voxel(next(axis, step))); });
   }
-  [[nodiscard]] float slope(float before, float after, float here) const {
-    const float band = editor_.grid().band;
-    if (std::abs(before) >= band) return std::abs(after) >= band ? 0 : after - here;
-    return std::abs(after) >= band ? here - before : (after - before) / 2;
-  }
+  [[nodiscard]] static float turned(bool turn, float value) { return turn ? -value : value; }
 
   Editor& editor_;
   const Version& b_;

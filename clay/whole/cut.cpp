@@ -10,9 +10,12 @@
 
 #include "clay/base/error.h"
 #include "clay/base/parallel.h"
+#include "clay/field/redistance.h"
 #include "clay/field/settle.h"
 #include "clay/store/editor.h"
+#include "clay/store/sampler.h"
 #include "clay/store/tree_view.h"
+#include "clay/whole/wedge.h"
 
 namespace argil::clay {
 
@@ -42,8 +45,12 @@ class Cutter {
   Version run() {
     walk(TreePlace::root(version_), 0, 0.2);
     compute();
-    std::sort(cutBricks_.begin(), cutBricks_.end());
-    redistanceByRegion(editor_, cutBricks_, job_, 0.8);
+    const WorkPart part(job_, 0.8, 1);
+    dropWithoutSurface(editor_, cutBricks_);
+    std::sort(ends_.begin(), ends_.end());
+    redistanceAll(editor_, ends_, part.part(0, 0.8), kExactTolerance);
+    std::erase_if(ends_, [&](Coord each) { return !editor_.find(each).brick(); });
+    limitSlopes(editor_, ends_, threads_, part.part(0.8, 1));
     keepChannels(editor_, version_);
     return editor_.commit();
   }
@@ -93,28 +100,49 @@ class Cutter {
   void compute() {
     const Grid& grid = version_.grid();
     std::vector<std::array<float, kBrickVoxels>> fields(std::min(kBatch, cutBricks_.size()));
+    std::vector<uint8_t> ends(fields.size());
     std::atomic<size_t> done{0};
     for (size_t begin = 0; begin < cutBricks_.size(); begin += kBatch) {
       const size_t count = std::min(kBatch, cutBricks_.size() - begin);
+      std::fill(ends.begin(), ends.end(), uint8_t{0});
       parallelBlocks(
           count, threads_,
           [&](size_t from, size_t to) {
             std::array<double, kBrickVoxels> away;
+            Sampler field(version_);
             for (size_t i = from; i < to; ++i) {
               const Coord brick = cutBricks_[begin + i];
               const Slot slot = version_.find(brick);
               divider_.distances(grid.toWorld((brick * kBrickEdge).toVec3d()), grid.voxelMm, away);
-              for (int v = 0; v < kBrickVoxels; ++v)
-                fields[i][static_cast<size_t>(v)] = std::max(
-                    slot.phi(v, grid.band), static_cast<float>(sign_ * away[static_cast<size_t>(v)] / grid.voxelMm));
+              for (int v = 0; v < kBrickVoxels; ++v) {
+                const float own = slot.phi(v, grid.band);
+                const auto off = static_cast<float>(sign_ * away[static_cast<size_t>(v)] / grid.voxelMm);
+                float value = std::max(own, off);
+                if (mayEnd(own, off, grid.band)) {
+                  ends[i] = 1;
+                  value = outside(field, brick * kBrickEdge + Coord{v >> 6, (v >> 3) & 7, v & 7}, own, off);
+                }
+                fields[i][static_cast<size_t>(v)] = value;
+              }
               if (job_)
                 job_->step(0.2 +
                            0.6 * double(done.fetch_add(1, std::memory_order_relaxed)) / double(cutBricks_.size()));
             }
           },
           32);
-      for (size_t i = 0; i < count; ++i) editor_.setVoxels(cutBricks_[begin + i], fields[i]);
+      for (size_t i = 0; i < count; ++i) {
+        editor_.setVoxels(cutBricks_[begin + i], fields[i]);
+        if (ends[i] != 0) ends_.push_back(cutBricks_[begin + i]);
+      }
     }
+  }
+  float outside(Sampler& field, Coord voxel, float own, float off) const {
+    const auto next = [&](int axis, int step) {
+      return voxel + Coord{axis == 0 ? step : 0, axis == 1 ? step : 0, axis == 2 ? step : 0};
+    };
+    return wedgeDistance(
+        own, off, version_.grid().band, [&](int axis, int step) { return field.voxel(next(axis, step)); },
+        [&](int axis, int step) { return static_cast<float>(distance(next(axis, step).toVec3d())); });
   }
 
   const Version& version_;
@@ -125,6 +153,7 @@ class Cutter {
   Job* job_;
   int threads_;
   std::vector<Coord> cutBricks_;
+  std::vector<Coord> ends_;  // with voxels whose distance was measured to what the other side took away
 };
 
 }  // namespace

@@ -7,10 +7,10 @@
 #include <cmath>
 #include <functional>
 #include <span>
+#include <utility>
 
 #include "clay/base/error.h"
-#include "clay/cage/cage_maker.h"
-#include "clay/cage/fit_quads.h"
+#include "clay/cage/flat_quads.h"
 #include "clay/field/region_work.h"
 #include "clay/mesh/reduce.h"
 #include "clay/surface/surface.h"
@@ -45,12 +45,12 @@ std::array<uint8_t, 3> colourAt(const clay::TriangleMesh& surface, const std::ve
 io::TexturedObject objectOf(const Piece& piece, const ModelExport& what, const clay::WorkPart& part, Job* job,
                             std::vector<std::string>& sentences) {
   const int threads = clay::threadCount(0);
-  const clay::CageMaker maker(piece.version, *what.quads, true, threads, part.part(0, 0.2));
+  clay::FlatQuads quads = clay::flatQuads(piece.version, *what.quads, threads, part.part(0, 0.55));
+  const clay::CageMaker& maker = *quads.maker;
   io::TexturedObject out;
   out.name = piece.name;
   out.colour = colourOf(piece.colour);
-  out.mesh = maker.make(part.part(0.2, 0.5)).mesh;
-  clay::fitQuads(out.mesh, maker.surface(), maker.tree(), maker.creases(), threads, part.part(0.5, 0.55));
+  out.mesh = std::move(quads.mesh);
   out.map = clay::unwrapped(out.mesh, {}, part.part(0.55, 0.8));
   out.frames = clay::framesOf(out.mesh, out.map);
   const clay::Deviation off = clay::deviation(maker.surface(), clay::trianglesOf(out.mesh), job);
@@ -59,6 +59,20 @@ io::TexturedObject objectOf(const Piece& piece, const ModelExport& what, const c
       "{:.1f} %.",
       piece.name, out.mesh.quads.size(), off.rmsMm, off.most(), out.map.charts, 100 * out.map.covered,
       100 * (out.map.stretch - 1)));
+  double mean = 0, least = 1;
+  for (const auto& quad : out.mesh.quads) {
+    const double jacobian = clay::scaledJacobian(out.mesh, quad);
+    mean += jacobian / double(out.mesh.quads.size());
+    least = std::min(least, jacobian);
+  }
+  std::string shape = fmt::format(
+      "{}: {} vertices have more or fewer than four quads; scaled Jacobians (1 for a rectangle) {:.2f} in the mean, "
+      "{:.2f} at least",
+      piece.name, clay::QuadTopology(out.mesh).irregular(), mean, least);
+  if (quads.mirror)
+    shape += fmt::format("; mirrored to the bit at {} = {:g} mm of the piece", "xyz"[quads.mirror->axis],
+                         quads.mirror->atMm);
+  sentences.push_back(shape + ".");
   if (what.texturePixels > 0) {
     std::vector<io::Colour> colours;
     {

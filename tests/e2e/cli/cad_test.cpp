@@ -121,6 +121,14 @@ TEST_F(Cad, QuadsComeWithPicturesOfTheClay) {
       << said.out;
   EXPECT_LT(std::stod(found[2]), 0.3) << "edges of 5 mm on a tube of 7";
   EXPECT_LE(std::stoi(found[4]), 15);
+  ASSERT_TRUE(std::regex_search(
+      said.out, found,
+      std::regex("Ring: (\\d+) vertices have more or fewer than four quads; scaled Jacobians \\(1 for a rectangle\\) "
+                 "([^ ]+) in the mean, ([^ ]+) at least; mirrored to the bit at x = ")))
+      << said.out;
+  EXPECT_LT(std::stoi(found[1]), 60);
+  EXPECT_GT(std::stod(found[2]), 0.85);
+  EXPECT_GT(std::stod(found[3]), 0.2);
   // What was written is the clay, and closed.
   const Outcome back = argil({"inspect", (scratch_ / "out.obj").string(), "--json"});
   EXPECT_EQ(back.code, 0) << back.err;

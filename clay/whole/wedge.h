@@ -1,0 +1,58 @@
+#pragma once
+// Distances beside the line where the surfaces of two solids meet.
+
+#include <algorithm>
+#include <cmath>
+
+#include "clay/base/vec.h"
+
+namespace argil::clay {
+
+/// Voxels: distances of sculpted clay are off by less.
+inline constexpr float kInexact = 0.5f;
+/// Cosine between two surfaces' normals above which they count as one surface: the line where they meet is then
+/// nowhere.
+inline constexpr float kParallel = 0.995f;
+
+/// Whether the distance of a voxel to the intersection of two solids, outside of it, may be farther than `pa` and `pb`,
+/// those to both of them: only if the point that the larger was measured to is outside of the other solid, so that it
+/// is nearer than twice the distance. `mayEnd`: or would be if distances were off by kInexact.
+[[nodiscard]] inline bool mayEnd(float pa, float pb, float band) {
+  const float value = std::max(pa, pb);
+  return value > 0 && value < band && std::min(pa, pb) > -value - kInexact;
+}
+
+/// A field's slope along an axis: central differences, but where one neighbour is out of the band the other alone.
+[[nodiscard]] inline float slopeWithin(float before, float after, float here, float band) {
+  if (std::abs(before) >= band) return std::abs(after) >= band ? 0 : after - here;
+  return std::abs(after) >= band ? here - before : (after - before) / 2;
+}
+
+/// Distance of a voxel outside of the intersection of two solids to it, from those to both. Near the voxel both are
+/// half-spaces. Where the foot on the farther plane lies in the other half-space, that plane is nearest; else the line
+/// is where both planes meet. Voxels beside the surface keep the larger distance, so that the surface crosses voxel
+/// edges where one of the two solids' does. `a(axis, step)`, `b(axis, step)`: distances a step (−1 or 1) along an axis.
+template <class A, class B>
+[[nodiscard]] float wedgeDistance(float pa, float pb, float band, const A& a, const B& b) {
+  const float high = std::max(pa, pb), low = std::min(pa, pb);
+  if (low <= -high) return high;
+  Vec3f ga, gb;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float beforeA = a(axis, -1), beforeB = b(axis, -1);
+    if (std::max(beforeA, beforeB) < 0) return high;
+    const float afterA = a(axis, 1), afterB = b(axis, 1);
+    if (std::max(afterA, afterB) < 0) return high;
+    ga[axis] = slopeWithin(beforeA, afterA, pa, band);
+    gb[axis] = slopeWithin(beforeB, afterB, pb, band);
+  }
+  const float lengths = std::sqrt(ga.squaredNorm() * gb.squaredNorm());
+  if (!(lengths > 0.25f)) return high;  // a ridge of one of the solids: its normal is not known
+  const float cosine =
+      std::min(std::max(((ga.x() * gb.x() + ga.y() * gb.y()) + ga.z() * gb.z()) / lengths, -1.0f), 1.0f);
+  if (low - cosine * high <= 0 || cosine > kParallel) return high;
+  // Opposite half-spaces that do not meet, or far away only.
+  if (cosine < -kParallel) return band;
+  return std::min(std::sqrt((high * high + low * low - 2 * cosine * high * low) / (1 - cosine * cosine)), band);
+}
+
+}  // namespace argil::clay

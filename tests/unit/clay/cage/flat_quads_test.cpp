@@ -1,0 +1,227 @@
+// Meshes that stay quads: quads that are halved, and where they go.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+
+#include "clay/base/error.h"
+#include "clay/cage/fit_quads.h"
+#include "clay/cage/flat_quads.h"
+#include "clay/field/primitives.h"
+#include "clay/mesh/reduce.h"
+#include "clay/store/store.h"
+#include "clay/unwrap/charts.h"
+#include "clay/whole/boolean.h"
+
+namespace argil::clay {
+namespace {
+
+Grid grid(double voxelMm = 0.5) {
+  Grid grid;
+  grid.voxelMm = voxelMm;
+  return grid;
+}
+
+/// Smooth, and no mirror image of itself.
+Version potato() {
+  Version clay = makeSphere(Store::make(), grid(1), {1, 2, 3}, 16);
+  for (const auto& [at, radius] : {std::pair{Vec3d(9, 8, 9), 13.0}, {Vec3d(-12, 7, -3), 9.0}})
+    clay = combine(clay, makeSphere(Store::make(), grid(1), at, radius), Combination::join, {.blendMm = 8});
+  return clay;
+}
+
+/// A ball with many thin legs.
+Version urchin() {
+  Version clay = makeSphere(Store::make(), grid(), Vec3d::Zero(), 12);
+  for (int i = 0; i < 14; ++i) {
+    const double z = 1 - (2 * i + 1) / 14.0, round = std::sqrt(1 - z * z), turn = 2.399963229728653 * i;
+    const Vec3d way(round * std::cos(turn), round * std::sin(turn), z);
+    clay = combine(clay, makeRod(Store::make(), grid(), 10 * way, 20 * way, 1.2), Combination::join);
+  }
+  return clay;
+}
+
+double creaseLength(const QuadMesh& mesh) {
+  double sum = 0;
+  const QuadTopology topology(mesh);
+  for (const auto& each : topology.edges())
+    if (each.crease) sum += (mesh.positions[each.from] - mesh.positions[each.to]).norm();
+  return sum;
+}
+
+double leastJacobian(const QuadMesh& mesh) {
+  double least = 1;
+  for (const auto& quad : mesh.quads) least = std::min(least, scaledJacobian(mesh, quad));
+  return least;
+}
+
+TEST(ScaledJacobian, IsTheSineOfTheWorstCorner) {
+  QuadMesh mesh;
+  mesh.positions = {{0, 0, 0}, {3, 0, 0}, {3, 2, 0}, {0, 2, 0}, {1, 0.5, 0}, {1.5, 0, 0}, {4, 2, 0}, {1, 2, 0}};
+  EXPECT_DOUBLE_EQ(scaledJacobian(mesh, {0, 1, 2, 3}), 1);
+  EXPECT_DOUBLE_EQ(scaledJacobian(mesh, {3, 2, 1, 0}), 1) << "seen from behind";
+  EXPECT_NEAR(scaledJacobian(mesh, {0, 1, 6, 7}), 2 / std::sqrt(5.0), 1e-12) << "a parallelogram";
+  EXPECT_LT(scaledJacobian(mesh, {0, 1, 4, 3}), -0.2) << "a corner bends inwards";
+  EXPECT_DOUBLE_EQ(scaledJacobian(mesh, {0, 5, 1, 3}), 0) << "a corner of half a turn";
+  EXPECT_DOUBLE_EQ(scaledJacobian(mesh, {0, 0, 1, 3}), 0) << "a side without a length";
+}
+
+TEST(HalvedQuads, AreFourForEachAndKeepShapeAndCreases) {
+  const Version block = makeBlock(Store::make(), grid(), {1, 2, 3}, {30, 20, 12}, 0);
+  const CageMaker maker(block, 120, true, 2, WorkPart(nullptr));
+  const QuadMesh coarse = maker.make(WorkPart(nullptr)).mesh, fine = halved(coarse);
+  const QuadTopology before(coarse), after(fine);
+  EXPECT_EQ(fine.quads.size(), 4 * coarse.quads.size());
+  EXPECT_EQ(fine.positions.size(), coarse.positions.size() + before.edges().size() + coarse.quads.size());
+  EXPECT_EQ(after.irregular(), before.irregular());
+  EXPECT_EQ(fine.corners, coarse.corners);
+  EXPECT_EQ(fine.corners.size(), 8u);
+  EXPECT_GT(creaseLength(coarse), 200);
+  EXPECT_NEAR(creaseLength(fine), creaseLength(coarse), 1e-9);
+  // Each quad lies within the one that it is a quarter of, faces as it does and shares its corner.
+  for (size_t f = 0; f < fine.quads.size(); ++f) {
+    const auto &of = coarse.quads[f / 4], &q = fine.quads[f];
+    EXPECT_EQ(q[0], of[f % 4]);
+    const Vec3d middle =
+        0.25 * (coarse.positions[of[0]] + coarse.positions[of[1]] + coarse.positions[of[2]] + coarse.positions[of[3]]);
+    EXPECT_LT((fine.positions[q[2]] - middle).norm(), 1e-12);
+  }
+}
+
+// Halved once and twice: as many as asked for but for what four leave over, of the same irregular vertices, none
+// folded, around all of the clay; the same for any count of threads.
+TEST(FlatQuads, AreHalvedFromACoarserCage) {
+  const Version clay = potato();
+  const CageMaker maker(clay, 500, true, 2, WorkPart(nullptr));
+  const size_t irregular = QuadTopology(maker.make(WorkPart(nullptr)).mesh).irregular();
+  double before = 0.4;
+  for (const auto& [asked, halvings] : {std::pair{size_t{500}, 0}, {size_t{2000}, 1}, {size_t{8000}, 2}}) {
+    const FlatQuads made = flatQuads(clay, asked, 2, WorkPart(nullptr));
+    EXPECT_EQ(made.halvings, halvings);
+    EXPECT_LE(made.mesh.quads.size(), asked);
+    EXPECT_GE(double(made.mesh.quads.size()), 0.95 * double(asked));
+    const QuadTopology topology(made.mesh);
+    EXPECT_EQ(topology.irregular(), irregular);
+    EXPECT_EQ(made.mesh.positions.size(), made.mesh.quads.size() + 2);
+    EXPECT_GT(leastJacobian(made.mesh), 0.2);
+    const double rms = deviation(made.maker->surface(), trianglesOf(made.mesh)).rmsMm;
+    EXPECT_LT(rms, 0.5 * before) << "a quarter, if the clay's own quads were much smaller";
+    before = rms;
+  }
+  EXPECT_EQ(flatQuads(clay, 2000, 1, WorkPart(nullptr)).mesh.positions,
+            flatQuads(clay, 2000, 2, WorkPart(nullptr)).mesh.positions);
+}
+
+// Thin legs make a poor cage of few quads, and many handles may make none: what is asked for is drawn itself then.
+TEST(FlatQuads, AreDrawnThemselvesWhereACoarserCageIsPoor) {
+  const FlatQuads legs = flatQuads(urchin(), 2000, 2, WorkPart(nullptr));
+  EXPECT_EQ(legs.halvings, 0);
+  EXPECT_GE(legs.mesh.quads.size(), 1900u);
+  Version holed = makeBlock(Store::make(), grid(), Vec3d::Zero(), {70, 70, 4}, 0);
+  for (int i = 0; i < 36; ++i)
+    holed = combine(holed,
+                    makeBlock(Store::make(), grid(), {11.0 * (i % 6) - 27.5, 11.0 * (i / 6) - 27.5, 0}, {6, 6, 10}, 0),
+                    Combination::cut);
+  const FlatQuads holes = flatQuads(holed, 2000, 2, WorkPart(nullptr));
+  EXPECT_EQ(holes.halvings, 0);
+  EXPECT_EQ(int64_t(holes.mesh.positions.size()) - int64_t(holes.mesh.quads.size()), 2 * (1 - 36));
+}
+
+/// A body with arms and eyes on both sides of a plane across the x axis.
+Version beast(double atMm, Version clay) {
+  for (const int side : {-1, 1}) {
+    clay = combine(clay, makeSphere(Store::make(), grid(), {atMm + side * 14.0, 6, 9}, 7), Combination::join);
+    clay = combine(clay, makeRod(Store::make(), grid(), {atMm + side * 8.0, 0, -10}, {atMm + side * 12.0, 4, -28}, 3.5),
+                   Combination::join);
+  }
+  return clay;
+}
+Version body(double atMm) {
+  return makeSphere(Store::make(), grid(), {atMm, 0, 0}, 18);
+}
+
+void expectMirrored(const FlatQuads& made, size_t inPlane) {
+  ASSERT_TRUE(made.mirror);
+  ASSERT_EQ(made.image.size(), made.mesh.positions.size());
+  const QuadTopology topology(made.mesh);
+  size_t own = 0;
+  for (uint32_t v = 0; v < made.image.size(); ++v) {
+    ASSERT_EQ(made.image[made.image[v]], v);
+    own += made.image[v] == v;
+    const Vec3d &p = made.mesh.positions[v], &q = made.mesh.positions[made.image[v]];
+    if (made.image[v] == v) {
+      EXPECT_EQ(p[made.mirror->axis], made.mirror->atMm);
+    } else {
+      EXPECT_TRUE(q == made.mirror->imageOf(p) || p == made.mirror->imageOf(q)) << v;
+    }
+  }
+  EXPECT_GE(own, inPlane);
+  // Each quad's image is a quad, the other way round.
+  std::set<std::array<uint32_t, 4>> quads;
+  const auto turned = [](std::array<uint32_t, 4> q) {
+    std::rotate(q.begin(), std::min_element(q.begin(), q.end()), q.end());
+    return q;
+  };
+  for (const auto& q : made.mesh.quads) quads.insert(turned(q));
+  for (const auto& q : made.mesh.quads)
+    EXPECT_TRUE(quads.contains(turned({made.image[q[3]], made.image[q[2]], made.image[q[1]], made.image[q[0]]})));
+}
+
+// To the bit, wherever the plane lies among the voxels; creases of the clay that cross it stay.
+TEST(FlatQuads, OfAMirroredClayAreMirrored) {
+  for (const auto& [at, asked] : {std::pair{0.0, size_t{500}}, {3.75, size_t{2000}}, {-11.17, size_t{300}}}) {
+    const FlatQuads made = flatQuads(beast(at, body(at)), asked, 2, WorkPart(nullptr));
+    expectMirrored(made, 8);
+    EXPECT_EQ(made.mirror->axis, 0);
+    EXPECT_NEAR(made.mirror->atMm, at, 0.1);
+    EXPECT_LE(made.mesh.quads.size(), asked);
+    EXPECT_GE(double(made.mesh.quads.size()), 0.93 * double(asked));
+    EXPECT_EQ(int64_t(made.mesh.positions.size()) - int64_t(made.mesh.quads.size()), 2);
+    EXPECT_LT(deviation(made.maker->surface(), trianglesOf(made.mesh)).rmsMm, asked == 2000 ? 0.04 : 0.3);
+  }
+  const FlatQuads block =
+      flatQuads(makeBlock(Store::make(), grid(), {1, 2, 3}, {30, 20, 12}, 0), 400, 2, WorkPart(nullptr));
+  expectMirrored(block, 8);
+  EXPECT_EQ(block.mesh.corners.size(), 8u);
+  EXPECT_NEAR(creaseLength(block.mesh), 248, 0.5);
+  const Version two = combine(makeSphere(Store::make(), grid(), {20, 0, 0}, 9),
+                              makeSphere(Store::make(), grid(), {-20, 0, 0}, 9), Combination::join);
+  const FlatQuads apart = flatQuads(two, 300, 2, WorkPart(nullptr));
+  expectMirrored(apart, 0);
+  EXPECT_EQ(int64_t(apart.mesh.positions.size()) - int64_t(apart.mesh.quads.size()), 4);
+}
+
+// One voxel more on one side, and they are not.
+TEST(FlatQuads, OfAClayThatIsNoMirrorImageAreNot) {
+  const Version clay =
+      combine(beast(0, body(0)), makeSphere(Store::make(), grid(), {12, -9, 0}, 4.4), Combination::join);
+  EXPECT_FALSE(flatQuads(clay, 300, 2, WorkPart(nullptr)).mirror);
+}
+
+TEST(FlatQuads, RefuseWhatCagesRefuse) {
+  EXPECT_THROW((void)flatQuads(Version::empty(Store::make(), grid()), 9000, 2, WorkPart(nullptr)), Error);
+  EXPECT_THROW((void)flatQuads(potato(), 23, 2, WorkPart(nullptr)), Error);
+  Job job;
+  job.cancel();
+  EXPECT_THROW((void)flatQuads(potato(), 9000, 2, WorkPart(&job)), Cancelled);
+}
+
+// The nearest flat quads of a cage around thin legs would fold; as they are moved none becomes worse than a corner of
+// 14 degrees, or than it was.
+TEST(FitQuads, FoldsNoQuad) {
+  const CageMaker maker(urchin(), 500, false, 2, WorkPart(nullptr));
+  const QuadMesh before = maker.make(WorkPart(nullptr)).mesh;
+  QuadMesh after = before;
+  fitQuads(after, maker.surface(), maker.tree(), maker.creases(), 2, WorkPart(nullptr));
+  size_t moved = 0;
+  for (size_t f = 0; f < after.quads.size(); ++f)
+    EXPECT_GE(scaledJacobian(after, after.quads[f]), std::min(0.25, scaledJacobian(before, before.quads[f])) - 1e-12);
+  for (size_t v = 0; v < after.positions.size(); ++v) moved += after.positions[v] != before.positions[v];
+  EXPECT_GT(moved, after.positions.size() / 2);
+}
+
+}  // namespace
+}  // namespace argil::clay
