@@ -54,6 +54,7 @@ constexpr std::array kBenchmarks = {
     Benchmark{.name = "plugins", .run = benchPlugins, .byDefault = false},
     Benchmark{.name = "print", .run = benchPrint, .byDefault = false},
     Benchmark{.name = "cad", .run = benchCad, .byDefault = false},
+    Benchmark{.name = "cad-quads", .run = benchCadQuads, .byDefault = false},
     Benchmark{.name = "looks", .run = benchLooks, .byDefault = false},
     Benchmark{.name = "tradeoff", .run = benchTradeoff, .byDefault = false},
     Benchmark{.name = "stability", .run = benchStability, .byDefault = false, .draws = true},

@@ -127,6 +127,8 @@ void benchCosts(BenchReport& report, const BenchOptions& options);
 void benchPlugins(BenchReport& report, const BenchOptions& options);
 void benchPrint(BenchReport& report, const BenchOptions& options);
 void benchCad(BenchReport& report, const BenchOptions& options);
+/// The same without smooth faces.
+void benchCadQuads(BenchReport& report, const BenchOptions& options);
 void benchLooks(BenchReport& report, const BenchOptions& options);
 void benchTradeoff(BenchReport& report, const BenchOptions& options);
 

@@ -151,7 +151,7 @@ void quadsOf(BenchReport& report, const BenchOptions& options, const std::string
   const Stopwatch watch;
   FlatQuads made;
   try {
-    made = flatQuads(version, quads, threads, WorkPart(options.job));
+    made = flatQuads(version, quads, false, threads, WorkPart(options.job));
   } catch (const Cancelled&) {
     throw;
   } catch (const Error& e) {
@@ -288,9 +288,7 @@ void tell(BenchReport& report, const char* what, const Totals& totals) {
         meanOf(totals.seconds), totals.peerRefused, totals.peers));
 }
 
-}  // namespace
-
-void benchCad(BenchReport& report, const BenchOptions& options) {
+void measured(BenchReport& report, const BenchOptions& options, bool faces) {
   const fs::path folder = options.folder.empty() ? fs::temp_directory_path() : options.folder;
   if (!fs::exists(kBlender)) report.heading("cad: without Blender there is no peer");
   if (const char* data = std::getenv("ARGIL_DATA")) {
@@ -318,6 +316,7 @@ void benchCad(BenchReport& report, const BenchOptions& options) {
       quadsOf(report, options, name, clay.version, kFewQuads, folder, true, few);
       quadsOf(report, options, name, clay.version, kQuads, folder, true, more);
       quadsOf(report, options, name, clay.version, kManyQuads, folder, true, many);
+      if (!faces) continue;
       facesOf(report, options, name, clay.version, kFewQuads);
       facesOf(report, options, name, clay.version, 2 * kFewQuads);
     }
@@ -331,6 +330,16 @@ void benchCad(BenchReport& report, const BenchOptions& options) {
   for (int i = 0; i < options.sculpts; ++i)
     quadsOf(report, options, fmt::format("sculpt {}", i), randomSculpt(unsigned(i)), kFewQuads, folder, false, sculpts);
   tell(report, "random sculpts, 500 quads", sculpts);
+}
+
+}  // namespace
+
+void benchCad(BenchReport& report, const BenchOptions& options) {
+  measured(report, options, true);
+}
+
+void benchCadQuads(BenchReport& report, const BenchOptions& options) {
+  measured(report, options, false);
 }
 
 }  // namespace argil::bench

@@ -24,6 +24,8 @@ constexpr double kBeginWith = 20;     // quads for each that is asked for
 constexpr double kFinest = 1.4;       // voxels: nothing finer is looked at
 constexpr double kOfThickness = 0.7;  // an edge is at most so long: four quads go around a limb or into a slit
 constexpr double kLeastOfEven = 0.25, kLeastRefined = 1.0 / 6;  // of an even edge
+constexpr double kNearEnd = 0.1;                                // even edges: so near to an end they are
+constexpr float kLargerAtEnd = 2;                               // times as large
 constexpr double kGrowth = 0.35;                                // of sizes, a mm
 constexpr int kGrades = 60;                                     // sweeps until they do, at most
 constexpr double kOff = 1.5;                                    // times the RMS: more is too far off
@@ -150,6 +152,9 @@ CageMaker::CageMaker(const Version& version, size_t most, bool creased, int thre
   sizes_ = thicknesses(version, surface_, even_ / kOfThickness);
   for (float& each : sizes_)
     each = static_cast<float>(std::clamp(kOfThickness * double(each), kLeastOfEven * even_, even_));
+  // Lines become fewer more slowly than what lies beside them.
+  for (size_t v = 0; end && v < sizes_.size(); ++v)
+    if (std::abs(surface_.positions[v][end->axis] - end->atMm) < kNearEnd * even_) sizes_[v] *= kLargerAtEnd;
   evenOut();
   part.step(0.5);
   // The clay on a coarser grid, or on its own where a part or a hole would be lost.
@@ -190,16 +195,17 @@ void CageMaker::evenOut() {
   }
 }
 
-CoarseCage CageMaker::make(const WorkPart& part) const {
+CoarseCage CageMaker::make(const WorkPart& part, size_t most) const {
+  if (most == 0) most = most_;
   CoarseCage cage;
-  cage.mesh = coarsened(fine_, surface_, *tree_, *creases_, sizes_, most_, finest_, part);
-  if (cage.mesh.quads.size() > most_ && !creases_->empty()) {
+  cage.mesh = coarsened(fine_, surface_, *tree_, *creases_, sizes_, most, finest_, part);
+  if (cage.mesh.quads.size() > most && !creases_->empty()) {
     QuadMesh smooth = fine_;
     smooth.creases.clear();
-    cage.mesh = coarsened(std::move(smooth), surface_, *tree_, *creases_, sizes_, most_, finest_, part);
+    cage.mesh = coarsened(std::move(smooth), surface_, *tree_, *creases_, sizes_, most, finest_, part);
   }
-  if (cage.mesh.quads.size() > most_)
-    throw Error(fmt::format("no cage of at most {} quads goes around this piece, which took {}: give more", most_,
+  if (cage.mesh.quads.size() > most)
+    throw Error(fmt::format("no cage of at most {} quads goes around this piece, which took {}: give more", most,
                             cage.mesh.quads.size()),
                 Error::Kind::work);
   cage.edgeMm = even_;

@@ -34,8 +34,9 @@ class CageMaker {
   [[nodiscard]] Grade grade() const { return creases_->empty() ? Grade::draft : Grade::fine; }
   [[nodiscard]] const NearestTriangle& tree() const { return *tree_; }
   [[nodiscard]] const CreaseMap& creases() const { return *creases_; }
-  /// Without creases where their lines need more quads than that.
-  [[nodiscard]] CoarseCage make(const WorkPart& part) const;
+  /// Without creases where their lines need more quads than that. `most`: another number of quads, of the same sizes
+  /// in proportion; 0: as many as were asked for.
+  [[nodiscard]] CoarseCage make(const WorkPart& part, size_t most = 0) const;
   /// Sizes become smaller where what was fitted to a cage lies off by more than elsewhere, mm at each vertex of the
   /// surface, and larger where by less.
   void refine(const std::vector<float>& off);

@@ -1,6 +1,7 @@
 #pragma once
 // The creases of a clay's surface, for cages whose edges follow them.
 
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <set>
@@ -16,6 +17,8 @@ namespace argil::clay {
 struct EndPlane {
   int axis = 0;  ///< 0 to 2: x, y, z; the clay lies below.
   double atMm = 0, nearMm = 0;
+
+  [[nodiscard]] bool has(const Vec3d& p) const { return std::abs(p[axis] - atMm) < nearMm; }
 };
 
 /// Where a surface turns by kCreaseDegrees and more, as pieces of lines between its faces. Any number of threads may

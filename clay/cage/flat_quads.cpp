@@ -1,5 +1,6 @@
 #include "clay/cage/flat_quads.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -7,7 +8,6 @@
 #include "clay/base/error.h"
 #include "clay/cage/coarsen_quads.h"
 #include "clay/cage/fit_quads.h"
-#include "clay/field/region_work.h"
 #include "clay/store/store.h"
 #include "clay/whole/cut.h"
 
@@ -24,13 +24,55 @@ constexpr double kOnVoxels = 0.125;     // voxels: so near to a plane of voxels 
 constexpr double kNearPlane = 0.75;     // voxels: so near to it a half's quads may lie in the plane
 constexpr int kHalves = 4;              // that are drawn until one has as many quads as are asked for
 constexpr double kEnough = 0.95, kBelow = 0.985;
-constexpr double kFacesOfArea = 1.3;  // voxel faces of a surface, of its area, of most
-constexpr double kShareOfCage = 0.8, kShareOfFit = 0.9;
+constexpr double kShareOfCage = 0.8, kShareOfHalf = 0.95, kShareOfFit = 0.9;
 
-double meanJacobian(const QuadMesh& mesh) {
-  double sum = 0;
-  for (const auto& quad : mesh.quads) sum += scaledJacobian(mesh, quad);
-  return sum / double(mesh.quads.size());
+// Quads that do not lie in the end of a half: how many, and their mean scaled Jacobian.
+struct Outside {
+  size_t count = 0;
+  double jacobian = 0;
+};
+Outside outsideOf(const QuadMesh& mesh, const std::optional<EndPlane>& end) {
+  Outside out;
+  for (const auto& quad : mesh.quads) {
+    if (end && liesIn(mesh, quad, *end)) continue;
+    ++out.count;
+    out.jacobian += scaledJacobian(mesh, quad);
+  }
+  out.jacobian /= double(std::max<size_t>(1, out.count));
+  return out;
+}
+
+// How much of the surface lies in the end of a half, counted in quads of its sizes.
+double shareInEnd(const CageMaker& maker, const EndPlane& end) {
+  const TriangleMesh& surface = maker.surface();
+  double all = 0, in = 0;
+  for (const auto& t : surface.triangles) {
+    const Vec3d &a = surface.positions[t[0]], &b = surface.positions[t[1]], &c = surface.positions[t[2]];
+    const double size = (double(maker.sizes()[t[0]]) + double(maker.sizes()[t[1]]) + double(maker.sizes()[t[2]])) / 3;
+    const double quads = (b - a).cross(c - a).norm() / (size * size);
+    all += quads;
+    if (std::all_of(t.begin(), t.end(), [&](uint32_t v) { return end.has(surface.positions[v]); })) in += quads;
+  }
+  return in / all;
+}
+
+// A cage of at most so many quads, of which none in the end of a half counts: of that as many more are drawn as it
+// takes, which is seen when they are.
+QuadMesh cageOf(const CageMaker& maker, size_t most, const std::optional<EndPlane>& end, const WorkPart& part) {
+  if (!end) return maker.make(part).mesh;
+  double asked = kBelow * double(most) / (1 - shareInEnd(maker, *end));
+  QuadMesh best;
+  for (int i = 0; i < kHalves; ++i) {
+    QuadMesh mesh =
+        maker.make(part.part(double(i) / kHalves, double(i + 1) / kHalves), static_cast<size_t>(asked)).mesh;
+    const Outside outside = outsideOf(mesh, end);
+    asked *= kBelow * double(most) / double(std::max<size_t>(1, outside.count));
+    if (outside.count > most) continue;
+    if (mesh.quads.size() > best.quads.size()) best = std::move(mesh);
+    if (double(outside.count) >= kEnough * double(most) || outside.jacobian < kGoodJacobian) break;
+  }
+  if (best.quads.empty()) throw Error("no cage of half the quads goes around half the piece", Error::Kind::work);
+  return best;
 }
 
 void evenOut(QuadMesh& mesh, const CageMaker& maker, int halvings, const WorkPart& part) {
@@ -39,13 +81,12 @@ void evenOut(QuadMesh& mesh, const CageMaker& maker, int halvings, const WorkPar
   mesh = evenedOut(std::move(mesh), maker.surface(), maker.tree(), maker.creases(), sizes, maker.finestMm(), part);
 }
 
-std::optional<FlatQuads> mirrored(const Version& version, size_t most, std::unique_ptr<CageMaker>& maker, int threads,
-                                  const WorkPart& part);
+std::optional<FlatQuads> mirroredCage(const Version& version, size_t most, std::unique_ptr<CageMaker>& maker,
+                                      int threads, const WorkPart& part);
 
-// The quads, not yet where they fit best. `end`: of the half of a clay.
-FlatQuads drawn(const Version& version, size_t most, const std::optional<EndPlane>& end, int threads,
-                const WorkPart& part) {
-  bool maybeMirrored = !end;
+// The quads, not yet where they fit best. `end`: of the half of a clay; what lies there does not count.
+FlatQuads drawn(const Version& version, size_t most, bool maybeMirrored, const std::optional<EndPlane>& end,
+                int threads, const WorkPart& part) {
   const size_t least = end ? kLeastToHalve / 2 : kLeastToHalve;
   FlatQuads out;
   out.halvings = kMostHalvings + 1;
@@ -58,28 +99,29 @@ FlatQuads drawn(const Version& version, size_t most, const std::optional<EndPlan
     try {
       out.maker = std::make_unique<CageMaker>(version, few, true, threads, step.part(0, 0.3), end);
       if (std::exchange(maybeMirrored, false))
-        if (std::optional<FlatQuads> both = mirrored(version, most, out.maker, threads, step.part(0.3, 1)))
+        if (std::optional<FlatQuads> both = mirroredCage(version, most, out.maker, threads, step.part(0.3, 1)))
           return std::move(*both);
       if (out.halvings > 0 && double(few) < -kQuadsAHandle * double(out.maker->shape())) continue;
-      out.mesh = out.maker->make(step.part(0.3, 1)).mesh;
+      out.mesh = cageOf(*out.maker, few, end, step.part(0.3, 1));
     } catch (const Cancelled&) {
       throw;
     } catch (const Error&) {
       if (out.halvings == 0) throw;
       continue;
     }
-    if (meanJacobian(out.mesh) > kGoodJacobian) break;
+    if (outsideOf(out.mesh, end).jacobian > kGoodJacobian) break;
   }
   for (int i = 1; i <= out.halvings; ++i) {
     out.mesh = halved(out.mesh);
-    evenOut(out.mesh, *out.maker, i, part.part(kShareOfCage, 1));
+    const auto until = [&](int each) { return kShareOfCage + (1 - kShareOfCage) * each / out.halvings; };
+    evenOut(out.mesh, *out.maker, i, part.part(until(i - 1), until(i)));
   }
   return out;
 }
 
-// `maker` is of the whole clay.
-std::optional<FlatQuads> mirrored(const Version& version, size_t most, std::unique_ptr<CageMaker>& maker, int threads,
-                                  const WorkPart& part) {
+// `maker` is of the whole clay; taken where its clay is a mirror image of itself.
+std::optional<FlatQuads> mirroredCage(const Version& version, size_t most, std::unique_ptr<CageMaker>& maker,
+                                      int threads, const WorkPart& part) {
   const Grid& grid = version.grid();
   const std::optional<MirrorPlane> plane = mirrorPlaneOf(maker->surface(), maker->tree(), kMirrored * grid.voxelMm);
   if (!plane) return std::nullopt;
@@ -90,44 +132,35 @@ std::optional<FlatQuads> mirrored(const Version& version, size_t most, std::uniq
   const EndPlane end{plane->axis, plane->atMm - (off < kOnVoxels ? 2 * kOnVoxels * grid.voxelMm : 0),
                      kNearPlane * grid.voxelMm};
   point[plane->axis] = end.atMm;
-  const Version half = cut(version, PlaneDivider(point, normal), true, Store::make(), nullptr, threads);
-  const double both = areaOf(version) / kFacesOfArea, one = areaOf(half) - 0.5 * areaOf(version) + 0.5 * both;
-  double share = 0.5 * both / one;  // of the half's surface that is not in the plane
-  const double enough = kEnough * double(most);
-  std::optional<FlatQuads> best;
-  for (int i = 0; i < kHalves && !(best && double(best->mesh.quads.size()) >= enough); ++i) {
-    FlatQuads of;
-    try {
-      of = drawn(half, static_cast<size_t>(0.5 * kBelow * double(most) / share), end, threads,
-                 part.part(double(i) / kHalves, double(i + 1) / kHalves));
-    } catch (const Cancelled&) {
-      throw;
-    } catch (const Error&) {
-      break;
-    }
-    std::optional<MirroredQuads> quads = mirroredQuads(of.mesh, end, *plane, maker->creases());
-    if (!quads || (int64_t(quads->mesh.positions.size()) - int64_t(quads->mesh.quads.size())) / 2 != maker->shape())
-      break;
-    share = double(quads->ofHalf) / double(of.mesh.quads.size());
-    if (quads->mesh.quads.size() > most || (best && best->mesh.quads.size() > quads->mesh.quads.size())) continue;
-    best.emplace();
-    best->halvings = of.halvings;
-    best->mirror = plane;
-    best->image = std::move(quads->image);
-    best->mesh = std::move(quads->mesh);
+  FlatQuads half;
+  try {
+    half = drawn(cut(version, PlaneDivider(point, normal), true, Store::make(), nullptr, threads), most / 2, false, end,
+                 threads, part.part(0, kShareOfHalf));
+  } catch (const Cancelled&) {
+    throw;
+  } catch (const Error&) {
+    return std::nullopt;
   }
-  if (!best) return std::nullopt;
+  std::optional<MirroredQuads> whole = mirroredQuads(half.mesh, end, *plane, maker->creases());
+  if (!whole || whole->mesh.quads.size() > most ||
+      (int64_t(whole->mesh.positions.size()) - int64_t(whole->mesh.quads.size())) / 2 != maker->shape())
+    return std::nullopt;
+  FlatQuads out;
+  out.mesh = std::move(whole->mesh);
+  out.image = std::move(whole->image);
+  out.halvings = half.halvings;
+  out.mirror = plane;
+  out.maker = std::move(maker);
   // Edges cross the plane straight, not as they came to the half's end.
-  evenOut(best->mesh, *maker, best->halvings, part);
-  makeMirrored(best->mesh, best->image, *plane);
-  best->maker = std::move(maker);
-  return best;
+  evenOut(out.mesh, *out.maker, out.halvings, part.part(kShareOfHalf, 1));
+  makeMirrored(out.mesh, out.image, *plane);
+  return out;
 }
 
 }  // namespace
 
-FlatQuads flatQuads(const Version& version, size_t most, int threads, const WorkPart& part) {
-  FlatQuads out = drawn(version, most, {}, threads, part.part(0, kShareOfFit));
+FlatQuads flatQuads(const Version& version, size_t most, bool mirrored, int threads, const WorkPart& part) {
+  FlatQuads out = drawn(version, most, mirrored, {}, threads, part.part(0, kShareOfFit));
   fitQuads(out.mesh, out.maker->surface(), out.maker->tree(), out.maker->creases(), threads, part.part(kShareOfFit, 1));
   if (out.mirror) makeMirrored(out.mesh, out.image, *out.mirror);
   return out;

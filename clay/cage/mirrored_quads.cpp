@@ -23,9 +23,7 @@ std::optional<std::vector<bool>> inEnd(const QuadMesh& mesh, const EndPlane& end
     if (!each.crease) parts.join(each.quad[0], each.quad[1]);
   std::vector<bool> lies(mesh.quads.size()), all(mesh.quads.size(), true);
   for (uint32_t f = 0; f < mesh.quads.size(); ++f) {
-    const auto& quad = mesh.quads[f];
-    lies[f] = std::all_of(quad.begin(), quad.end(),
-                          [&](uint32_t v) { return std::abs(mesh.positions[v][end.axis] - end.atMm) < end.nearMm; });
+    lies[f] = liesIn(mesh, mesh.quads[f], end);
     if (!lies[f]) all[parts.find(f)] = false;
   }
   for (uint32_t f = 0; f < mesh.quads.size(); ++f)
@@ -54,6 +52,10 @@ std::optional<MirrorPlane> mirrorPlaneOf(const TriangleMesh& surface, const Near
     if (all) return plane;
   }
   return std::nullopt;
+}
+
+bool liesIn(const QuadMesh& mesh, const std::array<uint32_t, 4>& quad, const EndPlane& end) {
+  return std::all_of(quad.begin(), quad.end(), [&](uint32_t v) { return end.has(mesh.positions[v]); });
 }
 
 void makeMirrored(QuadMesh& mesh, const std::vector<uint32_t>& image, const MirrorPlane& plane) {
@@ -106,7 +108,6 @@ std::optional<MirroredQuads> mirroredQuads(const QuadMesh& half, const EndPlane&
   };
   for (size_t f = 0; f < half.quads.size(); ++f) {
     if (goes[f]) continue;
-    ++out.ofHalf;
     const auto& q = half.quads[f];
     std::array<uint32_t, 4> own{}, image{};
     int bits = half.creases.empty() || creases.empty() ? 0 : half.creases[f];

@@ -1,6 +1,7 @@
 #pragma once
 // Quads of one half of a clay and their mirror images.
 
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -26,10 +27,12 @@ struct MirrorPlane {
 [[nodiscard]] std::optional<MirrorPlane> mirrorPlaneOf(const TriangleMesh& surface, const NearestTriangle& tree,
                                                        double withinMm);
 
+/// All four corners.
+[[nodiscard]] bool liesIn(const QuadMesh& mesh, const std::array<uint32_t, 4>& quad, const EndPlane& end);
+
 struct MirroredQuads {
   QuadMesh mesh;
   std::vector<uint32_t> image;  ///< Of each vertex; its own in the plane.
-  size_t ofHalf = 0;            ///< How many of the half's quads are in it.
 };
 
 /// Moves each vertex to the mean of itself and its image's image, or into the plane: mirrored to the bit. `image` as in

@@ -55,6 +55,7 @@ struct ModelExport {
   bool putBack = false;                   ///< Each piece where the file that it was imported from had it.
   bool draco = false;                     ///< glTF packed with Draco: a tenth of the size; fewer programs open it.
   std::optional<size_t> quads;            ///< OBJ and GLB: so many quads at most a piece, in place of triangles,
+  bool mirrored = false;                  ///< images of each other on both sides of a plane that mirrors the clay,
   int texturePixels = 0;                  ///< and pictures of so many pixels a side on them; 0: none.
   size_t cadQuads = 500;                  ///< STEP and IGES: smooth faces of each piece, at most;
   std::optional<double> cadErrorMm;       ///< of these as few as keep within this.

@@ -45,7 +45,7 @@ std::array<uint8_t, 3> colourAt(const clay::TriangleMesh& surface, const std::ve
 io::TexturedObject objectOf(const Piece& piece, const ModelExport& what, const clay::WorkPart& part, Job* job,
                             std::vector<std::string>& sentences) {
   const int threads = clay::threadCount(0);
-  clay::FlatQuads quads = clay::flatQuads(piece.version, *what.quads, threads, part.part(0, 0.55));
+  clay::FlatQuads quads = clay::flatQuads(piece.version, *what.quads, what.mirrored, threads, part.part(0, 0.55));
   const clay::CageMaker& maker = *quads.maker;
   io::TexturedObject out;
   out.name = piece.name;
@@ -72,6 +72,8 @@ io::TexturedObject objectOf(const Piece& piece, const ModelExport& what, const c
   if (quads.mirror)
     shape += fmt::format("; mirrored to the bit at {} = {:g} mm of the piece", "xyz"[quads.mirror->axis],
                          quads.mirror->atMm);
+  else if (what.mirrored)
+    shape += "; not mirrored: no plane across an axis of the piece mirrors its clay";
   sentences.push_back(shape + ".");
   if (what.texturePixels > 0) {
     std::vector<io::Colour> colours;

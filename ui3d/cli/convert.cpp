@@ -47,6 +47,7 @@ engine::ModelExport exportOf(const ConvertOptions& options, const std::vector<io
     how.cadQuads = options.faces ? static_cast<size_t>(*options.faces) : engine::kMostFacesWithin;
   if (options.quads) how.quads = static_cast<size_t>(*options.quads);
   if (options.textures) how.texturePixels = *options.textures;
+  how.mirrored = options.mirror;
   how.recentre = options.recentre;
   how.putBack = options.putBack;
   if (options.reduce) {
@@ -149,6 +150,7 @@ void convert(const ConvertOptions& options) {
   if (options.faces && !(*options.faces >= 24 && *options.faces <= 20000))
     throw Error(fmt::format("--faces {}: give 24 to 20000", *options.faces));
   if (options.textures && !options.quads) throw Error("--textures: give --quads too");
+  if (options.mirror && !options.quads) throw Error("--mirror: give --quads too");
   if (options.quads) {
     if (!io::holdsTextures(options.output))
       throw Error(fmt::format("{}: --quads is for .obj and .glb; leave it out", options.output.string()));

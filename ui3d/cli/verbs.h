@@ -48,6 +48,7 @@ struct ConvertOptions {
   std::optional<double> reduce;             ///< To so many triangles at most, or below 1 to that part of them.
   std::optional<double> errorMm;            ///< To as few triangles as keep within this.
   std::optional<int> faces;                 ///< STEP: smooth faces at most.
+  bool mirror = false;                      ///< Quads on both sides of the clay's mirror plane are images.
   std::optional<int> quads, textures;       ///< OBJ and GLB: quads at most; pixels a side of pictures on them.
   bool draco = false;                       ///< glTF packed with Draco.
   bool recentre = false;                    ///< Moved to zero before it is written.

@@ -124,11 +124,14 @@ TEST_F(Cad, QuadsComeWithPicturesOfTheClay) {
   ASSERT_TRUE(std::regex_search(
       said.out, found,
       std::regex("Ring: (\\d+) vertices have more or fewer than four quads; scaled Jacobians \\(1 for a rectangle\\) "
-                 "([^ ]+) in the mean, ([^ ]+) at least; mirrored to the bit at x = ")))
+                 "([^ ]+) in the mean, ([^ ]+) at least\\.")))
       << said.out;
   EXPECT_LT(std::stoi(found[1]), 60);
   EXPECT_GT(std::stod(found[2]), 0.85);
   EXPECT_GT(std::stod(found[3]), 0.2);
+  const Outcome mirrored = argil({"convert", file, (scratch_ / "both.obj").string(), "--quads", "200", "--mirror"});
+  ASSERT_EQ(mirrored.code, 0) << mirrored.err;
+  EXPECT_NE(mirrored.out.find("; mirrored to the bit at x = "), std::string::npos) << mirrored.out;
   // What was written is the clay, and closed.
   const Outcome back = argil({"inspect", (scratch_ / "out.obj").string(), "--json"});
   EXPECT_EQ(back.code, 0) << back.err;
@@ -145,6 +148,7 @@ TEST_F(Cad, BadWordsAboutQuadsAreOneLineAndLeaveNothing) {
                                              {"out.obj", "--quads", "1e9"},
                                              {"out.stl", "--quads", "300"},
                                              {"out.glb", "--textures", "512"},
+                                             {"out.glb", "--mirror"},
                                              {"out.glb", "--quads", "300", "--textures", "4"},
                                              {"out.glb", "--quads", "300", "--draco"},
                                              {"out.obj", "--quads", "300", "--reduce", "0.5"},

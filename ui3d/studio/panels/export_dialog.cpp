@@ -98,6 +98,8 @@ void reduction(ExportChoice& choice) {
                 choice.errorMm);
   if (choice.reduce != kQuads) return;
   kit::number({"quads", "At most", "Of each piece; the error is told.", "quads", 24, 100000, 4000, true}, choice.quads);
+  kit::toggle("Mirrored", choice.mirrored,
+              "To the bit, where the clay is the same on both sides of a plane across an axis of its piece.");
   static constexpr std::array<std::string_view, 4> kTextures{"None", "1024", "2048", "4096"};
   kit::dimText("Textures: the clay's normals, colours and heights, pixels a side");
   kit::segmented("textures", kTextures, choice.textures);
@@ -146,6 +148,7 @@ engine::ModelExport optionsOf(const Context& context, const ExportChoice& choice
   if (choice.reduce == kQuads) {
     options.quads = size_t(std::llround(choice.quads));
     options.texturePixels = kPixels[size_t(choice.textures)];
+    options.mirrored = choice.mirrored;
   }
   if (choice.smooth == 0) {
     options.cadQuads = size_t(std::llround(choice.faces));

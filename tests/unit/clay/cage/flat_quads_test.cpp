@@ -99,8 +99,9 @@ TEST(FlatQuads, AreHalvedFromACoarserCage) {
   const size_t irregular = QuadTopology(maker.make(WorkPart(nullptr)).mesh).irregular();
   double before = 0.4;
   for (const auto& [asked, halvings] : {std::pair{size_t{500}, 0}, {size_t{2000}, 1}, {size_t{8000}, 2}}) {
-    const FlatQuads made = flatQuads(clay, asked, 2, WorkPart(nullptr));
+    const FlatQuads made = flatQuads(clay, asked, false, 2, WorkPart(nullptr));
     EXPECT_EQ(made.halvings, halvings);
+    EXPECT_FALSE(made.mirror);
     EXPECT_LE(made.mesh.quads.size(), asked);
     EXPECT_GE(double(made.mesh.quads.size()), 0.95 * double(asked));
     const QuadTopology topology(made.mesh);
@@ -111,13 +112,13 @@ TEST(FlatQuads, AreHalvedFromACoarserCage) {
     EXPECT_LT(rms, 0.5 * before) << "a quarter, if the clay's own quads were much smaller";
     before = rms;
   }
-  EXPECT_EQ(flatQuads(clay, 2000, 1, WorkPart(nullptr)).mesh.positions,
-            flatQuads(clay, 2000, 2, WorkPart(nullptr)).mesh.positions);
+  EXPECT_EQ(flatQuads(clay, 2000, false, 1, WorkPart(nullptr)).mesh.positions,
+            flatQuads(clay, 2000, false, 2, WorkPart(nullptr)).mesh.positions);
 }
 
 // Thin legs make a poor cage of few quads, and many handles may make none: what is asked for is drawn itself then.
 TEST(FlatQuads, AreDrawnThemselvesWhereACoarserCageIsPoor) {
-  const FlatQuads legs = flatQuads(urchin(), 2000, 2, WorkPart(nullptr));
+  const FlatQuads legs = flatQuads(urchin(), 2000, false, 2, WorkPart(nullptr));
   EXPECT_EQ(legs.halvings, 0);
   EXPECT_GE(legs.mesh.quads.size(), 1900u);
   Version holed = makeBlock(Store::make(), grid(), Vec3d::Zero(), {70, 70, 4}, 0);
@@ -125,7 +126,7 @@ TEST(FlatQuads, AreDrawnThemselvesWhereACoarserCageIsPoor) {
     holed = combine(holed,
                     makeBlock(Store::make(), grid(), {11.0 * (i % 6) - 27.5, 11.0 * (i / 6) - 27.5, 0}, {6, 6, 10}, 0),
                     Combination::cut);
-  const FlatQuads holes = flatQuads(holed, 2000, 2, WorkPart(nullptr));
+  const FlatQuads holes = flatQuads(holed, 2000, false, 2, WorkPart(nullptr));
   EXPECT_EQ(holes.halvings, 0);
   EXPECT_EQ(int64_t(holes.mesh.positions.size()) - int64_t(holes.mesh.quads.size()), 2 * (1 - 36));
 }
@@ -173,7 +174,7 @@ void expectMirrored(const FlatQuads& made, size_t inPlane) {
 // To the bit, wherever the plane lies among the voxels; creases of the clay that cross it stay.
 TEST(FlatQuads, OfAMirroredClayAreMirrored) {
   for (const auto& [at, asked] : {std::pair{0.0, size_t{500}}, {3.75, size_t{2000}}, {-11.17, size_t{300}}}) {
-    const FlatQuads made = flatQuads(beast(at, body(at)), asked, 2, WorkPart(nullptr));
+    const FlatQuads made = flatQuads(beast(at, body(at)), asked, true, 2, WorkPart(nullptr));
     expectMirrored(made, 8);
     EXPECT_EQ(made.mirror->axis, 0);
     EXPECT_NEAR(made.mirror->atMm, at, 0.1);
@@ -183,13 +184,13 @@ TEST(FlatQuads, OfAMirroredClayAreMirrored) {
     EXPECT_LT(deviation(made.maker->surface(), trianglesOf(made.mesh)).rmsMm, asked == 2000 ? 0.04 : 0.3);
   }
   const FlatQuads block =
-      flatQuads(makeBlock(Store::make(), grid(), {1, 2, 3}, {30, 20, 12}, 0), 400, 2, WorkPart(nullptr));
+      flatQuads(makeBlock(Store::make(), grid(), {1, 2, 3}, {30, 20, 12}, 0), 400, true, 2, WorkPart(nullptr));
   expectMirrored(block, 8);
   EXPECT_EQ(block.mesh.corners.size(), 8u);
   EXPECT_NEAR(creaseLength(block.mesh), 248, 0.5);
   const Version two = combine(makeSphere(Store::make(), grid(), {20, 0, 0}, 9),
                               makeSphere(Store::make(), grid(), {-20, 0, 0}, 9), Combination::join);
-  const FlatQuads apart = flatQuads(two, 300, 2, WorkPart(nullptr));
+  const FlatQuads apart = flatQuads(two, 300, true, 2, WorkPart(nullptr));
   expectMirrored(apart, 0);
   EXPECT_EQ(int64_t(apart.mesh.positions.size()) - int64_t(apart.mesh.quads.size()), 4);
 }
@@ -198,15 +199,15 @@ TEST(FlatQuads, OfAMirroredClayAreMirrored) {
 TEST(FlatQuads, OfAClayThatIsNoMirrorImageAreNot) {
   const Version clay =
       combine(beast(0, body(0)), makeSphere(Store::make(), grid(), {12, -9, 0}, 4.4), Combination::join);
-  EXPECT_FALSE(flatQuads(clay, 300, 2, WorkPart(nullptr)).mirror);
+  EXPECT_FALSE(flatQuads(clay, 300, true, 2, WorkPart(nullptr)).mirror);
 }
 
 TEST(FlatQuads, RefuseWhatCagesRefuse) {
-  EXPECT_THROW((void)flatQuads(Version::empty(Store::make(), grid()), 9000, 2, WorkPart(nullptr)), Error);
-  EXPECT_THROW((void)flatQuads(potato(), 23, 2, WorkPart(nullptr)), Error);
+  EXPECT_THROW((void)flatQuads(Version::empty(Store::make(), grid()), 9000, false, 2, WorkPart(nullptr)), Error);
+  EXPECT_THROW((void)flatQuads(potato(), 23, false, 2, WorkPart(nullptr)), Error);
   Job job;
   job.cancel();
-  EXPECT_THROW((void)flatQuads(potato(), 9000, 2, WorkPart(&job)), Cancelled);
+  EXPECT_THROW((void)flatQuads(potato(), 9000, false, 2, WorkPart(&job)), Cancelled);
 }
 
 // The nearest flat quads of a cage around thin legs would fold; as they are moved none becomes worse than a corner of
