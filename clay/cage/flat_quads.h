@@ -23,7 +23,7 @@ struct FlatQuads {
 
 /// At most `most` quads around a clay, of its shape. Where a cage of a quarter or a sixteenth of them, and of 500 and
 /// more, has good corners, its quads are halved: that leaves its irregular vertices alone, which are fewer, and takes a
-/// fraction of the time. `mirrored`: of a clay that a plane normal to an axis mirrors within half a voxel one half is
+/// fraction of the time. `mirrored`: of a clay that a plane normal to an axis mirrors within two voxels one half is
 /// drawn and mirrored, if that can be. Throws as CageMaker. Cost: some seconds, mirrored twice as many. The same for
 /// any count of threads.
 [[nodiscard]] FlatQuads flatQuads(const Version& version, size_t most, bool mirrored, int threads,
