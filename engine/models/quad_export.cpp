@@ -73,7 +73,9 @@ io::TexturedObject objectOf(const Piece& piece, const ModelExport& what, const c
     shape += fmt::format("; mirrored to the bit at {} = {:g} mm of the piece", "xyz"[quads.mirror->axis],
                          quads.mirror->atMm);
   else if (what.mirrored)
-    shape += "; not mirrored: no plane across an axis of the piece mirrors its clay within two voxels";
+    shape +=
+        "; not mirrored: no plane across an axis of the piece mirrors its clay within two voxels, or its half "
+        "could not be joined to its image";
   sentences.push_back(shape + ".");
   if (what.texturePixels > 0) {
     std::vector<io::Colour> colours;
