@@ -146,7 +146,7 @@ int run(int argc, char** argv) {
   convertVerb->add_option("--quads", convert.quads,
                           "OBJ and GLB: quads in place of triangles, so many at most a piece");
   convertVerb->add_flag("--mirror", convert.mirror,
-                        "With --quads: mirrored to the bit, of clay that is the same on both sides of a plane");
+                        "With --quads: mirror images on both sides of a plane that mirrors the clay");
   convertVerb->add_option(
       "--textures", convert.textures,
       "With --quads: normals, colours and heights of the clay as pictures of so many pixels a side");

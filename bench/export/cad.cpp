@@ -162,12 +162,7 @@ void quadsOf(BenchReport& report, const BenchOptions& options, const std::string
   const double quadsUs = watch.us();
   const QuadMesh& mesh = made.mesh;
   const TriangleMesh& surface = made.maker->surface();
-  double meanJacobian = 0, leastJacobian = 1;
-  for (const auto& quad : mesh.quads) {
-    const double jacobian = scaledJacobian(mesh, quad);
-    meanJacobian += jacobian / double(mesh.quads.size());
-    leastJacobian = std::min(leastJacobian, jacobian);
-  }
+  const QuadShapes shapes = shapesOf(mesh);
   const Stopwatch flat;
   const UvMap map = unwrapped(mesh, {}, WorkPart(options.job));
   const double flatUs = flat.us();
@@ -187,7 +182,7 @@ void quadsOf(BenchReport& report, const BenchOptions& options, const std::string
   result.note = fmt::format(
       "{} quads, halved {} times; {} irregular; scaled Jacobian {:.2f} in the mean, {:.2f} at least; off {:.2g} RMS "
       "{:.2g} most mm; {} charts, {:.0f} % covered, stretch {:.4f}, {:.1f} s",
-      mesh.quads.size(), made.halvings, irregular, meanJacobian, leastJacobian, off.rmsMm, off.most(), map.charts,
+      mesh.quads.size(), made.halvings, irregular, shapes.mean, shapes.least, off.rmsMm, off.most(), map.charts,
       100 * map.covered, map.stretch, flatUs * 1e-6);
   // Of the fine surface QuadriFlow refuses edges without a length, which lie on creases.
   Surface draft(false);

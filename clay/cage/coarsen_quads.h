@@ -21,7 +21,8 @@ namespace argil::clay {
                                  const CreaseMap& creases, const std::vector<float>& sizes, size_t most, double finest,
                                  const WorkPart& part);
 
-/// The same quads, their vertices on the surface and edges as even as coarsened() makes them; no quad is joined.
+/// The same quads, their vertices on the surface and edges as even as coarsened() makes them; no quad is joined
+/// and no edge turned. Throws as coarsened(). Cost: about 0.2 ms a quad.
 [[nodiscard]] QuadMesh evenedOut(QuadMesh mesh, const TriangleMesh& surface, const NearestTriangle& tree,
                                  const CreaseMap& creases, const std::vector<float>& sizes, double finest,
                                  const WorkPart& part);

@@ -55,9 +55,8 @@ CreaseMap::CreaseMap(const Surface& fine, const TriangleMesh& mesh, double evenM
     std::vector<bool> ends(cells.count());
     for (size_t cell = 0; cell < ends.size(); ++cell) {
       const auto& t = mesh.triangles[cell];
-      ends[cell] = cells.normals[cell][end->axis] > kAcrossEnd && std::all_of(t.begin(), t.end(), [&](uint32_t v) {
-                     return std::abs(mesh.positions[v][end->axis] - end->atMm) < end->nearMm;
-                   });
+      ends[cell] = cells.normals[cell][end->axis] > kAcrossEnd &&
+                   std::all_of(t.begin(), t.end(), [&](uint32_t v) { return end->has(mesh.positions[v]); });
     }
     for (size_t side = 0; side < bent.size(); ++side)
       if (ends[side / 3] != ends[cells.across[side]])

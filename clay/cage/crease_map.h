@@ -28,6 +28,7 @@ class CreaseMap {
   /// Of a surface of the fine grade with normals, and the mesh that it gives, for cages with edges of about `evenMm`:
   /// short lines and narrow faces are left out, and so is what ends within a face. Throws Error for a surface that is
   /// not closed.
+  /// `end`: what lies in that plane is a face whatever turns beside it.
   CreaseMap(const Surface& fine, const TriangleMesh& mesh, double evenMm, const std::optional<EndPlane>& end = {});
   CreaseMap(const CreaseMap&) = delete;
   CreaseMap& operator=(const CreaseMap&) = delete;

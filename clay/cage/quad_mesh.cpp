@@ -1,5 +1,6 @@
 #include "clay/cage/quad_mesh.h"
 
+#include <algorithm>
 #include <unordered_map>
 #include <utility>
 
@@ -79,6 +80,18 @@ double scaledJacobian(const QuadMesh& mesh, const std::array<uint32_t, 4>& quad)
     least = std::min(least, lengths > 0 ? next.cross(last).dot(normal) / lengths : 0);
   }
   return least;
+}
+
+QuadShapes shapesOf(const QuadMesh& mesh) {
+  QuadShapes out;
+  double sum = 0;
+  for (const auto& quad : mesh.quads) {
+    const double jacobian = scaledJacobian(mesh, quad);
+    sum += jacobian;
+    out.least = std::min(out.least, jacobian);
+  }
+  if (!mesh.quads.empty()) out.mean = sum / double(mesh.quads.size());
+  return out;
 }
 
 QuadMesh halved(const QuadMesh& mesh) {

@@ -21,6 +21,11 @@ struct QuadMesh {
 /// corner is half a turn, below 0 where one bends inwards. 0 where a side has no length.
 [[nodiscard]] double scaledJacobian(const QuadMesh& mesh, const std::array<uint32_t, 4>& quad);
 
+struct QuadShapes {
+  double mean = 1, least = 1;  ///< Scaled Jacobians.
+};
+[[nodiscard]] QuadShapes shapesOf(const QuadMesh& mesh);
+
 /// Each quad in four, at the middles of its sides; creases and corners as they were.
 [[nodiscard]] QuadMesh halved(const QuadMesh& mesh);
 

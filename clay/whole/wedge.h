@@ -14,9 +14,9 @@ inline constexpr float kInexact = 0.5f;
 /// nowhere.
 inline constexpr float kParallel = 0.995f;
 
-/// Whether the distance of a voxel to the intersection of two solids, outside of it, may be farther than `pa` and `pb`,
-/// those to both of them: only if the point that the larger was measured to is outside of the other solid, so that it
-/// is nearer than twice the distance. `mayEnd`: or would be if distances were off by kInexact.
+/// Whether what the larger of a voxel's distances to two solids was measured to may be gone from their intersection. It
+/// can only be gone if it lies outside of the other solid, and then that is nearer than twice the distance, but for
+/// kInexact.
 [[nodiscard]] inline bool mayEnd(float pa, float pb, float band) {
   const float value = std::max(pa, pb);
   return value > 0 && value < band && std::min(pa, pb) > -value - kInexact;

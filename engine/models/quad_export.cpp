@@ -59,19 +59,13 @@ io::TexturedObject objectOf(const Piece& piece, const ModelExport& what, const c
       "{:.1f} %.",
       piece.name, out.mesh.quads.size(), off.rmsMm, off.most(), out.map.charts, 100 * out.map.covered,
       100 * (out.map.stretch - 1)));
-  double mean = 0, least = 1;
-  for (const auto& quad : out.mesh.quads) {
-    const double jacobian = clay::scaledJacobian(out.mesh, quad);
-    mean += jacobian / double(out.mesh.quads.size());
-    least = std::min(least, jacobian);
-  }
+  const clay::QuadShapes shapes = clay::shapesOf(out.mesh);
   std::string shape = fmt::format(
       "{}: {} vertices have more or fewer than four quads; scaled Jacobians (1 for a rectangle) {:.2f} in the mean, "
       "{:.2f} at least",
-      piece.name, clay::QuadTopology(out.mesh).irregular(), mean, least);
+      piece.name, clay::QuadTopology(out.mesh).irregular(), shapes.mean, shapes.least);
   if (quads.mirror)
-    shape += fmt::format("; mirrored to the bit at {} = {:g} mm of the piece", "xyz"[quads.mirror->axis],
-                         quads.mirror->atMm);
+    shape += fmt::format("; mirrored at {} = {:g} mm of the piece", "xyz"[quads.mirror->axis], quads.mirror->atMm);
   else if (what.mirrored)
     shape +=
         "; not mirrored: no plane across an axis of the piece mirrors its clay within two voxels, or its half "

@@ -131,7 +131,7 @@ TEST_F(Cad, QuadsComeWithPicturesOfTheClay) {
   EXPECT_GT(std::stod(found[3]), 0.2);
   const Outcome mirrored = argil({"convert", file, (scratch_ / "both.obj").string(), "--quads", "200", "--mirror"});
   ASSERT_EQ(mirrored.code, 0) << mirrored.err;
-  EXPECT_NE(mirrored.out.find("; mirrored to the bit at x = "), std::string::npos) << mirrored.out;
+  EXPECT_NE(mirrored.out.find("; mirrored at x = "), std::string::npos) << mirrored.out;
   // What was written is the clay, and closed.
   const Outcome back = argil({"inspect", (scratch_ / "out.obj").string(), "--json"});
   EXPECT_EQ(back.code, 0) << back.err;

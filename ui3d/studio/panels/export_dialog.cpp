@@ -99,7 +99,7 @@ void reduction(ExportChoice& choice) {
   if (choice.reduce != kQuads) return;
   kit::number({"quads", "At most", "Of each piece; the error is told.", "quads", 24, 100000, 4000, true}, choice.quads);
   kit::toggle("Mirrored", choice.mirrored,
-              "To the bit, where the clay is the same on both sides of a plane across an axis of its piece.");
+              "Where the clay is the same on both sides of a plane across an axis of its piece, its quads are too.");
   static constexpr std::array<std::string_view, 4> kTextures{"None", "1024", "2048", "4096"};
   kit::dimText("Textures: the clay's normals, colours and heights, pixels a side");
   kit::segmented("textures", kTextures, choice.textures);
