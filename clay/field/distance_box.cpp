@@ -10,14 +10,14 @@ namespace argil::clay {
 
 namespace {
 
-constexpr float kOwnTo = 1.0f;       // voxels beyond the level: so far the version's own values have a part,
+constexpr float kOwnTo = 1.0f;       // voxels beyond the level: so far the version's own values, the better ones there,
 constexpr float kAgree = 0.15f;      // if they differ from what is measured by no more
 constexpr float kLeastSlope = 0.5f;  // a gradient below that points nowhere
 
 }  // namespace
 
 bool DistanceBox::gather(const Version& version) {
-  phi_.resize(static_cast<size_t>(outer_.x) * static_cast<size_t>(outer_.y) * static_cast<size_t>(outer_.z));
+  phi_.resize(voxelIndex(outer_, {outer_.x, 0, 0}) + kBrickEdge);  // vectors read on
   Sampler sampler(version);
   const float band = version.grid().band;
   const Coord end = outerLow_ + outer_;
@@ -34,16 +34,23 @@ bool DistanceBox::gather(const Version& version) {
         filled_[voxelIndex(bricks, Coord{bx, by, bz} - first)] = brick != nullptr;
         const Coord from{std::max(bx * 8, outerLow_.x), std::max(by * 8, outerLow_.y), std::max(bz * 8, outerLow_.z)};
         const Coord to{std::min(bx * 8 + 8, end.x), std::min(by * 8 + 8, end.y), std::min(bz * 8 + 8, end.z)};
-        const float constant = brick ? 0 : slot.phi(0, band);
         if (!brick) uniform_ = slot.tile();
-        for (int x = from.x; x < to.x; ++x)
-          for (int y = from.y; y < to.y; ++y) {
-            float* row = &phi_[index(Coord{x, y, from.z} - outerLow_)];
-            if (brick)
-              brick->read(Brick::offset(x & 7, y & 7, from.z & 7), to.z - from.z, row);
-            else
+        const float constant = brick ? 0 : slot.phi(0, band);
+        const bool whole = to.z - from.z == kBrickEdge;  // of a length that compilers know
+        for (int x = from.x; x < to.x; ++x) {
+          float* row = &phi_[index(Coord{x, from.y, from.z} - outerLow_)];
+          for (int y = from.y; y < to.y; ++y, row += outer_.z) {
+            const int offset = Brick::offset(x & 7, y & 7, from.z & 7);
+            if (!brick && whole)
+              std::fill_n(row, kBrickEdge, constant);
+            else if (!brick)
               std::fill_n(row, to.z - from.z, constant);
+            else if (whole)
+              brick->read(offset, kBrickEdge, row);
+            else
+              brick->read(offset, to.z - from.z, row);
           }
+        }
       }
   // A cell that the surface crosses has a corner in a brick; its first may lie in one of the blocks before.
   blocks_.clear();
@@ -63,46 +70,43 @@ bool DistanceBox::gather(const Version& version) {
 
 void DistanceBox::measureBlock(FootPoints& points, Coord low, float side, float reach) {
   constexpr float kLevel = kOwnDistance;
+  const FarField field{.side = side, .level = kLevel, .ownTo = kOwnTo, .agree = kAgree, .reach = reach};
   const Coord end = low_ + size_;
   const int count = std::min(kBrickEdge, end.z - low.z);
   // Rows of the block that lie in the box: each(first voxel, its number in the block).
   const auto forRows = [&](const auto& each) {
     for (int x = low.x; x < std::min(low.x + kBrickEdge, end.x); ++x)
       for (int y = low.y; y < std::min(low.y + kBrickEdge, end.y); ++y)
-        each(Coord{x, y, low.z}, static_cast<size_t>(((x - low.x) * kBrickEdge + y - low.y) * kBrickEdge));
+        each(Coord{x, y, low.z}, ((x - low.x) * kBrickEdge + y - low.y) * kBrickEdge);
   };
-  if (!points.approach(low, reach - kLevel)) {
-    forRows([&](Coord first, size_t) {
-      float* row = &phi_[index(first)];
-      for (int z = 0; z < count; ++z) row[z] = side * row[z] > kLevel ? side * reach : row[z];
+  float phi[kBrickVoxels] = {}, distance[kBrickVoxels];
+  const auto copy = [&](const float* from, float* to) {
+    if (count == kBrickEdge)
+      std::copy_n(from, kBrickEdge, to);
+    else
+      std::copy_n(from, count, to);
+  };
+  forRows([&](Coord first, int v) { copy(&phi_[index(first)], phi + v); });
+  const uint64_t rows = rowsBeyond(phi, field);
+  if (rows == 0) return;
+  const bool near = points.approach(low, reach - kLevel);
+  if (near)
+    points.measure(rows, distance);
+  else
+    std::fill(std::begin(distance), std::end(distance), 2 * reach);
+  if (near && feet_)
+    forRows([&](Coord first, int v) {
+      for (int z = 0; z < count; ++z, ++v) {
+        if (!(side * phi[v] > kLevel)) continue;
+        // On from the level set to the surface itself, in the same direction.
+        const Vec3f place = points.nearestPlace(v), way = place - (first + Coord{0, 0, z}).toVec3d().cast<float>();
+        const float length = way.norm();
+        const Vec3f foot = length > 0 ? Vec3f(place + way * (kLevel / length)) : place;
+        foot_[index(first) + static_cast<size_t>(z)] = static_cast<int32_t>(index(voxelNear(foot)));
+      }
     });
-    return;
-  }
-  std::array<bool, kBrickVoxels> wanted{};
-  bool any = false;
-  forRows([&](Coord first, size_t v) {
-    const float* row = &phi_[index(first)];
-    for (int z = 0; z < count; ++z) any |= wanted[v + static_cast<size_t>(z)] = side * row[z] > kLevel;
-  });
-  if (!any) return;
-  std::array<FootPoints::Foot, kBrickVoxels> feet;
-  points.measure(wanted, feet_, feet);
-  forRows([&](Coord first, size_t v) {
-    for (int z = 0; z < count; ++z, ++v) {
-      if (!wanted[v]) continue;
-      const size_t at = index(first) + static_cast<size_t>(z);
-      // Close to the level the version's own value is the better one, where it is a distance at all.
-      const float own = side * phi_[at] - kLevel, far = feet[v].distance;
-      const bool both = own < kOwnTo && std::abs(own - far) < kAgree;
-      phi_[at] = side * std::min(kLevel + (both ? own + own / kOwnTo * (far - own) : far), reach);
-      if (!feet_) continue;
-      // On from the level set to the surface itself, in the same direction.
-      const Vec3f way = feet[v].place - (first + Coord{0, 0, z}).toVec3d().cast<float>();
-      const float length = way.norm();
-      const Vec3f foot = length > 0 ? Vec3f(feet[v].place + way * (kLevel / length)) : feet[v].place;
-      foot_[at] = static_cast<int32_t>(index(voxelNear(foot)));
-    }
-  });
+  takeFar(distance, rows, field, phi);
+  forRows([&](Coord first, int v) { copy(phi + v, &phi_[index(first)]); });
 }
 
 void DistanceBox::measure(FootPoints& points, float side, float reach) {
@@ -130,17 +134,6 @@ bool DistanceBox::fill(const Version& version, Coord low, Coord size, Reach reac
     if (sides[i].second > band) measure(points_[i], sides[i].first, sides[i].second);
   if (reach.outside < band || reach.inside < band)
     for (float& phi : phi_) phi = std::clamp(phi, -reach.inside, reach.outside);
-  return true;
-}
-
-bool DistanceBox::isUniform(Coord low, int edge) const {
-  const float value = at(low);
-  for (int x = 0; x < edge; ++x)
-    for (int y = 0; y < edge; ++y) {
-      const float* row = &phi_[index(low + Coord{x, y, 0} - outerLow_)];
-      for (int z = 0; z < edge; ++z)
-        if (row[z] != value) return false;
-    }
   return true;
 }
 

@@ -31,8 +31,6 @@ class DistanceBox {
   [[nodiscard]] float at(Coord voxel) const { return phi_[index(voxel - outerLow_)]; }
   /// The distances from a voxel on along z, to the end of the box.
   [[nodiscard]] const float* row(Coord voxel) const { return &phi_[index(voxel - outerLow_)]; }
-  /// Whether all voxels of the cube have one value, as beyond the reach.
-  [[nodiscard]] bool isUniform(Coord low, int edge) const;
   /// The voxel beside the place of the surface that is nearest to a voxel of the box whose distance is within reach.
   /// Where distances are measured that is a voxel of the version's band; else, farther than two voxels from the
   /// surface, it is found by what the band says of the direction.

@@ -1,11 +1,10 @@
 #include "clay/field/foot_points.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "clay/base/spline_weights.h"
-#include "clay/kernels/cell_cases.h"
+#include "clay/kernels/surface_kernels.h"
 
 namespace argil::clay {
 
@@ -14,8 +13,6 @@ namespace {
 constexpr float kLeastSlope = 0.5f;     // a gradient below that points nowhere
 constexpr float kMostShift = 0.5f;      // voxels from the mean of a cell's crossings to the level set
 constexpr float kMostCurvature = 0.8f;  // per voxel: what voxels can tell
-constexpr float kDeepest = 0.6f;        // of a hollow's radius
-constexpr float kLeastSpread = 0.25f;   // of normals, beside what they are at the surface: behind it too
 constexpr float kBeside2 = 5;           // voxels²: from the nearest place to a point,
 constexpr float kBesideBent2 = 0.6f;    // where each cell has one
 constexpr float kSame = 0.005f;         // voxels: so much off, a cell needs no point of its own,
@@ -83,15 +80,11 @@ Derivatives derivativesAt(const LevelSet& set, const Vec3f& p) {
   return out;
 }
 
-// Between two boxes; between a place and a box.
-float gapOf(const Vec3f& lowA, const Vec3f& highA, const Vec3f& lowB, const Vec3f& highB) {
-  return (lowB - highA).cwiseMax(lowA - highB).cwiseMax(0.0f).norm();
-}
-
 }  // namespace
 
 void FootPoints::make(const LevelSet& set, const std::vector<Coord>& blocks) {
   x_.clear(), y_.clear(), z_.clear(), shapes_.clear(), blocks_.clear();
+  for (int axis = 0; axis < 3; ++axis) low_[axis].clear(), high_[axis].clear();
   places_.clear(), groups_.clear();
   // With one around, so that each has neighbours.
   across_ = Coord{set.size.x / 2, set.size.y / 2, set.size.z / 2} + Coord{7, 7, 7};
@@ -107,14 +100,16 @@ void FootPoints::make(const LevelSet& set, const std::vector<Coord>& blocks) {
     for (; group < end; ++group) addPoints(set, groups_[group]);
     const auto last = static_cast<uint32_t>(shapes_.size());
     if (last == first) continue;
-    Block found{shapes_[first].point, shapes_[first].point, {first, last}};
-    for (uint32_t i = first + 1; i < last; ++i) {
-      found.low = found.low.cwiseMin(shapes_[i].point);
-      found.high = found.high.cwiseMax(shapes_[i].point);
+    blocks_.push_back({first, last});
+    const std::vector<float>* const places[3] = {&x_, &y_, &z_};
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto [low, high] = std::minmax_element(places[axis]->begin() + first, places[axis]->begin() + last);
+      low_[axis].push_back(*low), high_[axis].push_back(*high);
     }
-    blocks_.push_back(found);
   }
-  for (std::vector<float>* each : {&x_, &y_, &z_}) each->resize(each->size() + kBrickEdge, 0);  // vectors read on
+  // Vectors read on.
+  for (std::vector<float>* each : {&x_, &y_, &z_, &low_[0], &low_[1], &low_[2], &high_[0], &high_[1], &high_[2]})
+    each->resize(each->size() + kBrickEdge, 0);
 }
 
 void FootPoints::addBlock(const LevelSet& set, Coord block) {
@@ -124,35 +119,55 @@ void FootPoints::addBlock(const LevelSet& set, Coord block) {
                  std::min(block.z + kBrickEdge, set.size.z - 2)};
   if (from.x >= to.x || from.y >= to.y || from.z >= to.z) return;
   // A bit for each voxel of a row beyond the level.
-  uint32_t beyond[kBrickEdge + 1][kBrickEdge + 1];
-  for (int x = from.x; x <= to.x; ++x)
-    for (int y = from.y; y <= to.y; ++y) {
-      const float* row = set.phi + voxelIndex(set.size, {x, y, from.z});
-      uint32_t bits = 0;
-      for (int z = 0; z <= to.z - from.z; ++z) bits |= uint32_t(set.side * row[z] > set.level) << z;
-      beyond[x - from.x][y - from.y] = bits;
-    }
-  const uint32_t cells = (1u << (to.z - from.z)) - 1;
+  uint32_t beyond[kBitRows * kBitRows];
+  const auto stride = [&](Coord step) { return static_cast<ptrdiff_t>(voxelIndex(set.size, step)); };
+  const Coord rows = to - from + Coord{1, 1, 1};
+  bitsBeyond(set.phi + voxelIndex(set.size, from), stride({1, 0, 0}), stride({0, 1, 0}), {rows.x, rows.y, rows.z},
+             set.side, set.level, beyond);
+  const uint32_t whole = (1u << (to.z - from.z)) - 1;
   uint32_t crossed[kBrickEdge][kBrickEdge] = {};  // by the cell's place in the block
   for (int x = 0; x < to.x - from.x; ++x)
     for (int y = 0; y < to.y - from.y; ++y) {
-      const uint32_t rows[4] = {beyond[x][y], beyond[x][y + 1], beyond[x + 1][y], beyond[x + 1][y + 1]};
-      const uint32_t any = rows[0] | rows[1] | rows[2] | rows[3], all = rows[0] & rows[1] & rows[2] & rows[3];
+      const uint32_t *row = beyond + x * kBitRows + y, *next = row + kBitRows;
+      const uint32_t any = row[0] | row[1] | next[0] | next[1], all = row[0] & row[1] & next[0] & next[1];
       const Coord at = from - block + Coord{x, y, 0};
-      crossed[at.x][at.y] = ((any | any >> 1) & ~(all & all >> 1) & cells) << (from.z - block.z);
+      crossed[at.x][at.y] = ((any | any >> 1) & ~(all & all >> 1) & whole) << (from.z - block.z);
     }
+  uint16_t cells[kBrickVoxels + kCellPadding];
+  PointRange ranges[kBrickVoxels / 8];
+  uint32_t count = 0, groups = 0;
   for (int x = 0; x < kBrickEdge; x += 2)
     for (int y = 0; y < kBrickEdge; y += 2) {
       const uint32_t columns = crossed[x][y] | crossed[x][y + 1] | crossed[x + 1][y] | crossed[x + 1][y + 1];
       for (uint32_t left = (columns | columns >> 1) & 0x55; left; left &= left - 1) {
         const int z = __builtin_ctz(left);
-        const auto first = static_cast<uint32_t>(places_.size());
+        const uint32_t first = count;
         for (int c = 0; c < 8; ++c)
           if (const Coord cell{x + (c >> 2), y + (c >> 1 & 1), z + (c & 1)}; crossed[cell.x][cell.y] >> cell.z & 1)
-            places_.push_back(crossingOf(set, block + cell));
-        addGroup(set, block + Coord{x, y, z}, {first, static_cast<uint32_t>(places_.size())});
+            cells[count++] = static_cast<uint16_t>(Brick::offset(cell.x, cell.y, cell.z));
+        ranges[groups++] = {first, count};
       }
     }
+  if (count == 0) return;
+  std::fill_n(cells + count, kCellPadding, cells[0]);
+  // As the surface's own vertices, below zero beyond the level.
+  float corners[kCornerCount];
+  for (int x = from.x; x <= to.x; ++x)
+    for (int y = from.y; y <= to.y; ++y) {
+      const float* row = set.phi + voxelIndex(set.size, {x, y, from.z});
+      float* out = corners + cornerOffset(x - block.x, y - block.y, from.z - block.z);
+      for (int z = 0; z < rows.z; ++z) out[z] = set.level - set.side * row[z];
+    }
+  uint32_t patterns[kBrickVoxels + kCellPadding];
+  Vec3f places[kBrickVoxels + kCellPadding];
+  cellVertices(corners, cells, static_cast<int>(count), false, patterns, places->data(), nullptr);
+  const auto start = static_cast<uint32_t>(places_.size());
+  const Vec3f low = block.toVec3d().cast<float>();
+  for (uint32_t i = 0; i < count; ++i) places_.push_back(places[i] + low);
+  for (const PointRange& range : std::span(ranges, groups)) {
+    const int cell = cells[range.begin];
+    addGroup(set, block + Coord{cell >> 6, cell >> 3 & 7, cell & 7}, {start + range.begin, start + range.end});
+  }
 }
 
 // Places of cells that lie together, and how far they are off the surface of second order at one of them.
@@ -191,25 +206,14 @@ void FootPoints::addPoints(const LevelSet& set, const Group& group) {
   }
 }
 
-// The mean of the crossings of the cell's edges.
-Vec3f FootPoints::crossingOf(const LevelSet& set, Coord cell) {
-  float v[8];
-  for (int c = 0; c < 8; ++c)
-    v[c] = set.side * set.phi[voxelIndex(set.size, cell + Coord{c >> 2, (c >> 1) & 1, c & 1})] - set.level;
-  Vec3f sum = Vec3f::Zero();
-  int crossings = 0;
-  for (const auto& [a, b, axis] : kCellEdges) {
-    if ((v[a] > 0) == (v[b] > 0)) continue;
-    sum += Vec3f(float(a >> 2), float((a >> 1) & 1), float(a & 1));
-    sum[axis] += v[a] / (v[a] - v[b]);
-    ++crossings;
-  }
-  return sum / float(crossings) + cell.toVec3d().cast<float>();
-}
-
 void FootPoints::add(const Shape& shape) {
-  x_.push_back(shape.point.x()), y_.push_back(shape.point.y()), z_.push_back(shape.point.z());
-  shapes_.push_back(shape);
+  const auto &p = shape.point, &n = shape.normal, &f = shape.first;
+  x_.push_back(p.x()), y_.push_back(p.y()), z_.push_back(p.z());
+  shapes_.push_back({{p.x(), p.y(), p.z()},
+                     {n.x(), n.y(), n.z()},
+                     {f.x(), f.y(), f.z()},
+                     {shape.curvature[0], shape.curvature[1]},
+                     shape.known ? shape.beside2 : 0});
 }
 
 FootPoints::Shape FootPoints::shapeAt(const LevelSet& set, const Vec3f& place) {
@@ -225,76 +229,75 @@ FootPoints::Shape FootPoints::shapeAt(const LevelSet& set, const Vec3f& place) {
     plane.col(0) = n.unitOrthogonal();
     plane.col(1) = n.cross(plane.col(0));
     const Eigen::Matrix2f bend = plane.transpose() * at.bend * plane * (set.side / length);
-    Eigen::SelfAdjointEigenSolver<Eigen::Matrix2f> principal;
-    principal.computeDirect(bend);
-    shape.first = plane * principal.eigenvectors().col(1);
-    for (int i = 0; i < 2; ++i)
-      shape.curvature[i] = std::clamp(principal.eigenvalues()[1 - i], -kMostCurvature, kMostCurvature);
+    const float middle = (bend(0, 0) + bend(1, 1)) / 2, half = (bend(0, 0) - bend(1, 1)) / 2, cross = bend(0, 1);
+    const float apart = std::sqrt(half * half + cross * cross);
+    // The longer of two vectors along the first of the principal directions; of a sphere any is.
+    const Eigen::Vector2f first =
+        half > 0 ? Eigen::Vector2f(apart + half, cross) : Eigen::Vector2f(cross, apart - half);
+    shape.first = apart > 0 ? Vec3f(plane * (first / first.norm())) : Vec3f(plane.col(0));
+    shape.curvature[0] = std::clamp(middle + apart, -kMostCurvature, kMostCurvature);
+    shape.curvature[1] = std::clamp(middle - apart, -kMostCurvature, kMostCurvature);
   }
   return shape;
-}
-
-FootPoints::Foot FootPoints::footOn(const Shape& shape, const Vec3f& p, bool place) const {
-  const Vec3f way = p - shape.point;
-  const float square = way.squaredNorm(), far = std::sqrt(square);
-  if (!shape.known) return {far, shape.point};
-  const float h = way.dot(shape.normal), u = way.dot(shape.first), rest = std::max(0.0f, square - h * h - u * u);
-  // Nothing is nearest beyond the middle of its own hollow: curvatures that say so come from a crease.
-  const float hollow = -kDeepest / std::max(h, 1.0f);
-  const float curvature[2] = {std::max(shape.curvature[0], hollow), std::max(shape.curvature[1], hollow)};
-  // A parallel surface at h has curvatures κ/(1 + hκ).
-  const float spread[2] = {std::max(1 + h * curvature[0], kLeastSpread), std::max(1 + h * curvature[1], kLeastSpread)};
-  const float bent = h + (curvature[0] * u * u / spread[0] + curvature[1] * rest / spread[1]) / 2;
-  // Points lie so close together that one is beside the nearest place, as it looks from afar.
-  const float least = std::sqrt(std::max(0.0f, square - shape.beside2 * std::max(1.0f, spread[0])));
-  Foot foot{std::clamp(bent, least, far), shape.point};
-  if (place) {
-    const Vec3f second = way - shape.normal * h - shape.first * u;
-    const float a = u / spread[0];
-    foot.place += shape.first * a + second / spread[1] -
-                  shape.normal * ((curvature[0] * a * a + curvature[1] * rest / (spread[1] * spread[1])) / 2);
-  }
-  return foot;
 }
 
 bool FootPoints::approach(Coord low, float reach) {
   corner_ = low.toVec3d().cast<float>();
   const Vec3f middle = corner_ + Vec3f::Constant(kHalfBlock);
-  near_.clear();
-  for (uint32_t i = 0; i < blocks_.size(); ++i)
-    if (const float gap = gapOf(middle, middle, blocks_[i].low, blocks_[i].high); gap < reach + kHalfDiagonal)
-      near_.push_back({gap, i});
-  std::sort(near_.begin(), near_.end(), [](const Near& a, const Near& b) {
-    return a.distance != b.distance ? a.distance < b.distance : a.block < b.block;
-  });
-  const PointArrays points{x_.data(), y_.data(), z_.data()};
   const float centre[3] = {middle.x(), middle.y(), middle.z()};
+  squares_.resize(blocks_.size() + kBrickEdge);
+  boxSquares({low_[0].data(), low_[1].data(), low_[2].data()}, {high_[0].data(), high_[1].data(), high_[2].data()},
+             blocks_.size(), centre, squares_.data());
+  // The nearest box first: of the others few can hold anything nearer.
+  const auto first = static_cast<size_t>(
+      std::min_element(squares_.begin(), squares_.begin() + static_cast<ptrdiff_t>(blocks_.size())) - squares_.begin());
   float best = (reach + kHalfDiagonal) * (reach + kHalfDiagonal);
   middles_ = kNoPoint;
-  for (const Near& each : near_) {
-    if (each.distance * each.distance >= best) break;
-    nearestOf(points, blocks_[each.block].points, centre, best, middles_);
-  }
+  const PointArrays points{x_.data(), y_.data(), z_.data()};
+  const auto look = [&](size_t block) {
+    if (squares_[block] < best) nearestOf(points, blocks_[block], centre, best, middles_);
+  };
+  if (blocks_.empty()) return false;
+  look(first);
+  if (middles_ == kNoPoint && squares_[first] >= best) return false;
+  for (size_t i = 0; i < blocks_.size(); ++i)
+    if (i != first) look(i);
   middlesFar_ = std::sqrt(best);
   return middles_ != kNoPoint;
 }
 
-void FootPoints::measure(const std::array<bool, kBrickVoxels>& wanted, bool places,
-                         std::array<Foot, kBrickVoxels>& feet) {
-  // The nearest point to a voxel is not farther from it than the middle's.
-  const float most = middlesFar_ + kHalfDiagonal;
+void FootPoints::measure(uint64_t rows, float (&distance)[kBrickVoxels]) {
+  // The nearest point to a voxel is not farther from it than the middle's: boxes that are nearer to the block.
+  const float most = middlesFar_ + kHalfDiagonal, wide = (most + kHalfDiagonal) * (most + kHalfDiagonal);
   const Vec3f last = corner_ + Vec3f::Constant(kBrickEdge - 1);
   ranges_.clear();
-  for (const Near& each : near_)
-    if (gapOf(corner_, last, blocks_[each.block].low, blocks_[each.block].high) <= most)
-      ranges_.push_back(blocks_[each.block].points);
+  for (size_t i = 0; i < blocks_.size(); ++i) {
+    if (squares_[i] > wide) continue;
+    const Vec3f low(low_[0][i], low_[1][i], low_[2][i]), high(high_[0][i], high_[1][i], high_[2][i]);
+    if ((low - last).cwiseMax(corner_ - high).cwiseMax(0.0f).squaredNorm() <= most * most)
+      ranges_.push_back(blocks_[i]);
+  }
   const float from[3] = {corner_.x(), corner_.y(), corner_.z()};
-  uint32_t nearest[kBrickVoxels];
-  nearestPoints({x_.data(), y_.data(), z_.data()}, ranges_, middles_, from, wide_, narrow_, nearest);
-  for (int v = 0; v < kBrickVoxels; ++v)
-    if (wanted[static_cast<size_t>(v)])
-      feet[static_cast<size_t>(v)] =
-          footOn(shapes_[nearest[v]], corner_ + Vec3f(float(v >> 6), float((v >> 3) & 7), float(v & 7)), places);
+  nearestPoints({x_.data(), y_.data(), z_.data()}, ranges_, middles_, from, rows, wide_, narrow_, nearest_);
+  distancesToShapes(shapes_.data(), nearest_, from, rows, distance);
+}
+
+Vec3f FootPoints::nearestPlace(int voxel) const {
+  const FootShape& shape = shapes_[nearest_[voxel]];
+  const Vec3f point(shape.point), normal(shape.normal), first(shape.first);
+  if (shape.beside2 == 0) return point;
+  const Vec3f way = corner_ + Vec3f(float(voxel >> 6), float((voxel >> 3) & 7), float(voxel & 7)) - point;
+  const float h = way.dot(normal), u = way.dot(first), rest = std::max(0.0f, way.squaredNorm() - h * h - u * u);
+  // As distancesToShapes().
+  float curvature[2], spread[2];
+  for (int i = 0; i < 2; ++i) {
+    curvature[i] = std::max(shape.curvature[i], -kDeepestHollow / std::max(h, 1.0f));
+    spread[i] = std::max(1 + h * curvature[i], kLeastSpread);
+  }
+  const Vec3f second = way - normal * h - first * u;
+  const float a = u / spread[0];
+  return point + (first * a + second / spread[1] -
+                  normal * ((curvature[0] * a * a + curvature[1] * rest / (spread[1] * spread[1])) / 2));
 }
 
 }  // namespace argil::clay

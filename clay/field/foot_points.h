@@ -1,7 +1,6 @@
 #pragma once
 // The level set of a box of distances as points with tangent planes and curvatures, and distances to it by the nearest.
 
-#include <array>
 #include <span>
 #include <vector>
 
@@ -35,34 +34,23 @@ class FootPoints {
   /// derivatives for each point.
   void make(const LevelSet& set, const std::vector<Coord>& blocks);
 
-  /// The nearest place of the level set, as its points tell it.
-  struct Foot {
-    float distance;  ///< From the level set; not less than 0.
-    Vec3f place;     ///< Only where it was asked for.
-  };
   /// Goes to the block of 8³ voxels from `low` on; false where no point is within `reach` of any of them, and then
-  /// measure() must not be called. Cost: a look at every block of points.
+  /// what follows must not be called. Cost: a look at every block of points.
   bool approach(Coord low, float reach);
-  /// The feet of the voxels of that block, z fastest; where `wanted` is false a foot is undefined. Exact for points;
-  /// between them the surface is that of second order at the nearest one.
-  void measure(const std::array<bool, kBrickVoxels>& wanted, bool places, std::array<Foot, kBrickVoxels>& feet);
+  /// How far the voxels of that block are from the level set, z fastest, in those rows of eight whose bit (x · 8 + y)
+  /// is set; the others are undefined. Exact for points; between them the surface is that of second order at the
+  /// nearest one.
+  void measure(uint64_t rows, float (&distance)[kBrickVoxels]);
+  /// After measure(): the place of the level set that is nearest to a voxel of these rows.
+  [[nodiscard]] Vec3f nearestPlace(int voxel) const;
 
  private:
-  // Points of a block of cells, one after the other, and the box around them.
-  struct Block {
-    Vec3f low, high;
-    PointRange points;
-  };
-  struct Near {
-    float distance;  // from the middle of what is measured to the box
-    uint32_t block;
-  };
-  // Of the surface beside a point: z = −(κ1 u² + κ2 v²)/2 over its plane, z towards the side that is measured.
+  // As FootShape, z towards the side that is measured; none is known where a slope points nowhere.
   struct Shape {
-    Vec3f point, normal, first;  // `first`: direction of κ1, unit length
+    Vec3f point, normal, first;
     float curvature[2];
-    float beside2;  // voxels²: how far the nearest place may be from it
-    bool known;     // false: a slope that points nowhere; the point alone counts
+    float beside2;
+    bool known;
   };
   // Two by two by two cells.
   struct Group {
@@ -73,24 +61,25 @@ class FootPoints {
     float off;          // how far the others are off its surface
   };
   void addBlock(const LevelSet& set, Coord block);
-  [[nodiscard]] static Vec3f crossingOf(const LevelSet& set, Coord cell);
   void addGroup(const LevelSet& set, Coord cell, PointRange range);
   void addPoints(const LevelSet& set, const Group& group);
   [[nodiscard]] static Shape shapeAt(const LevelSet& set, const Vec3f& place);
   void add(const Shape& shape);
-  [[nodiscard]] Foot footOn(const Shape& shape, const Vec3f& p, bool place) const;
 
   std::vector<float> x_, y_, z_;
   std::vector<Vec3f> places_;  // of crossed cells
   std::vector<Group> groups_;
   std::vector<uint8_t> bent_;  // of each group of the box, whether it has no surface of second order
   Coord across_;
-  std::vector<Shape> shapes_;
-  std::vector<Block> blocks_;
+  std::vector<FootShape> shapes_;
+  // Points of a block of cells lie one after the other; the boxes around them.
+  std::vector<PointRange> blocks_;
+  std::vector<float> low_[3], high_[3];
   Vec3f corner_ = Vec3f::Zero();  // of the block that was gone to
   uint32_t middles_ = kNoPoint;   // the point nearest to its middle, and how far
   float middlesFar_ = 0;
-  std::vector<Near> near_;
+  std::vector<float> squares_;  // of the boxes from its middle
+  uint32_t nearest_[kBrickVoxels];
   std::vector<PointRange> ranges_;
   PointRoom wide_, narrow_;
 };

@@ -161,23 +161,17 @@ Version rebuild(const Version& source, std::span<const Coord> regions, DistanceB
     for (int b = 0; b < 512; ++b) {
       const Coord brick = first + Coord{b >> 6, (b >> 3) & 7, b & 7};
       const Coord low = brick * kBrickEdge;
-      // Beyond the reach one voxel stands for all.
-      if (const float phi = box.at(low) - shift; std::abs(phi) >= band && box.isUniform(low, kBrickEdge)) {
-        setTile(brick, phi < 0);
-        continue;
-      }
       values.emplace_back();
+      using Row = Eigen::Array<float, kBrickEdge, 1>;
       float* out = values.back().data();
-      bool flat = true;
+      Row least = Row::Constant(band);
       for (int row = 0; row < kBrickVoxels; row += kBrickEdge) {
-        const float* from = box.row(low + Coord{row >> 6, (row >> 3) & 7, 0});
-        for (int z = 0; z < kBrickEdge; ++z) {
-          const float phi = std::clamp(from[z] - shift, -band, band);
-          out[row + z] = phi;
-          flat = flat && std::abs(phi) >= band;
-        }
+        const Eigen::Map<const Row> from(box.row(low + Coord{row >> 6, (row >> 3) & 7, 0}));
+        const Row phi = (from - shift).max(-band).min(band);
+        Eigen::Map<Row>(out + row) = phi;
+        least = least.min(phi.abs());
       }
-      if (flat) {
+      if (!(least < band).any()) {
         setTile(brick, out[0] < 0);
         values.pop_back();
         continue;

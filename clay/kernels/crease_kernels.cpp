@@ -8,6 +8,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "clay/kernels/lane_loads.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace argil::clay::HWY_NAMESPACE {
 
@@ -93,10 +95,17 @@ void CellPlanes(const float* phi, int stepX, int stepY, int margin, const uint16
   for (int i = 0; i < count; i += static_cast<int>(hn::Lanes(d))) {
     const Ints cell = hn::PromoteTo(di, hn::LoadU(d16, cells + i));
     const Ints x = hn::ShiftRight<8>(cell), y = hn::And(hn::ShiftRight<4>(cell), low4), z = hn::And(cell, low4);
-    const Ints at = hn::Add(hn::Add(hn::Mul(x, hn::Set(di, stepX)), hn::Mul(y, hn::Set(di, stepY))), z);
-    const auto corner = [&](int offset) { return hn::GatherIndex(d, phi + offset, at); };
-    const Floats v0 = corner(0), v1 = corner(1), v2 = corner(stepY), v3 = corner(stepY + 1), v4 = corner(stepX),
-                 v5 = corner(stepX + 1), v6 = corner(stepX + stepY), v7 = corner(stepX + stepY + 1);
+    const auto pair = [&](int offset, Floats& lower, Floats& upper) {
+      loadPairs(
+          d,
+          [&](int lane) {
+            const int one = cells[i + lane];
+            return phi + (one >> 8) * stepX + (one >> 4 & 15) * stepY + (one & 15) + offset;
+          },
+          lower, upper);
+    };
+    Floats v0, v1, v2, v3, v4, v5, v6, v7;
+    pair(0, v0, v1), pair(stepY, v2, v3), pair(stepX, v4, v5), pair(stepX + stepY, v6, v7);
     const Floats a = hn::Add(v0, v1), b = hn::Add(v2, v3), c = hn::Add(v4, v5), e = hn::Add(v6, v7);
     const Floats f = hn::Sub(v1, v0), g = hn::Sub(v3, v2), h = hn::Sub(v5, v4), k = hn::Sub(v7, v6);
     const Floats lower = hn::Add(a, b), upper = hn::Add(c, e), quarter = hn::Set(d, 0.25f);
@@ -130,17 +139,18 @@ void CellPlanes(const float* phi, int stepX, int stepY, int margin, const uint16
 
 void Pick(const BrickPlanes& all, const uint16_t* indices, int count, const float* low, NearPlanes& out) {
   const Tag d;
-  const hn::Rebind<uint16_t, Tag> d16;
   out.count = count;
   out.padded = (count + kParts - 1) / kParts * kParts;
   forAll(out.padded, [&](int, int i) {
-    const Ints at = hn::PromoteTo(IntTag(), hn::LoadU(d16, indices + i));
+    const auto from = [&](const float* values) {
+      return loadEach(d, [&](int lane) { return values + indices[i + lane]; });
+    };
     for (int axis = 0; axis < 3; ++axis) {
-      hn::Store(hn::Sub(hn::GatherIndex(d, all.foot[axis], at), hn::Set(d, low[axis])), d, out.foot[axis] + i);
-      hn::Store(hn::GatherIndex(d, all.normal[axis], at), d, out.normal[axis] + i);
+      hn::Store(hn::Sub(from(all.foot[axis]), hn::Set(d, low[axis])), d, out.foot[axis] + i);
+      hn::Store(from(all.normal[axis]), d, out.normal[axis] + i);
     }
-    hn::Store(hn::GatherIndex(d, all.bend, at), d, out.bend + i);
-    hn::Store(hn::GatherIndex(d, all.blur, at), d, out.blur + i);
+    hn::Store(from(all.bend), d, out.bend + i);
+    hn::Store(from(all.blur), d, out.blur + i);
   });
   for (int i = count; i < out.padded; ++i) out.bend[i] = kNoPlane;
 }

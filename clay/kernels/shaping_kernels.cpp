@@ -8,6 +8,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "clay/kernels/lane_loads.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace argil::clay::HWY_NAMESPACE {
 
@@ -458,7 +460,10 @@ void Bend(const float (&table)[kBendSteps + 2], float scale, float* values) {
   forRows([&](int voxel) {
     const Row value = hn::LoadU(d, values + voxel), size = hn::Min(hn::Mul(hn::Abs(value), by), most);
     const auto at = hn::ConvertTo(whole, size);
-    const Row low = hn::GatherIndex(d, table, at), high = hn::GatherIndex(d, table + 1, at);
+    HWY_ALIGN int32_t places[kBrickEdge];
+    hn::Store(at, whole, places);
+    Row low, high;
+    loadPairs(d, [&](int lane) { return table + places[lane]; }, low, high);
     const Row part = hn::Sub(size, hn::ConvertTo(d, at));
     hn::StoreU(hn::CopySign(hn::Add(low, hn::Mul(hn::Sub(high, low), part)), value), d, values + voxel);
   });

@@ -1,5 +1,6 @@
 #include "clay/kernels/surface_kernels.h"
 
+#include <array>
 #include <bit>
 #include <cstring>
 #include <utility>
@@ -9,6 +10,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "clay/kernels/lane_loads.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace argil::clay::HWY_NAMESPACE {
 
@@ -17,6 +20,14 @@ using Tag = hn::CappedTag<float, kCellPadding>;
 using IntTag = hn::RebindToSigned<Tag>;
 using Floats = hn::Vec<Tag>;
 using Ints = hn::Vec<IntTag>;
+
+// Where the lowest corner of a cell (x·64 + y·8 + z) lies.
+constexpr std::array<uint16_t, 512> kCornerOf = [] {
+  std::array<uint16_t, 512> places{};
+  for (int cell = 0; cell < 512; ++cell)
+    places[static_cast<size_t>(cell)] = static_cast<uint16_t>(cornerOffset(cell >> 6, cell >> 3 & 7, cell & 7));
+  return places;
+}();
 
 HWY_INLINE Floats mix(Floats a, Floats b, Floats t) {
   return hn::Add(a, hn::Mul(hn::Sub(b, a), t));
@@ -42,22 +53,6 @@ HWY_INLINE Ints packNormal(Floats x, Floats y, Floats gz) {
   };
   const Ints most = hn::Set(di, 16383), half = hn::Min(hn::Max(fixed(fv, 16383.5f), hn::Neg(most)), most);
   return hn::Or(hn::And(fixed(fu, 32767), hn::Set(di, 0xffff)), hn::ShiftLeft<17>(half));
-}
-
-// at[index] and at[index + 1], both by one load a lane: loads are what a gather costs.
-HWY_INLINE void gatherPairs(const float* at, Ints index, Floats& first, Floats& second) {
-  const Tag d;
-  const hn::Repartition<int64_t, Tag> d64;
-  const hn::Repartition<double, Tag> pair;
-  const hn::Half<IntTag> half;
-  const auto load = [&](hn::Vec<decltype(half)> i) {
-    // Bytes, as the pairs overlap.
-    return hn::BitCast(
-        d, hn::GatherOffset(pair, reinterpret_cast<const double*>(at), hn::ShiftLeft<2>(hn::PromoteTo(d64, i))));
-  };
-  const Floats lower = load(hn::LowerHalf(half, index)), upper = load(hn::UpperHalf(half, index));
-  first = hn::ConcatEven(d, upper, lower);
-  second = hn::ConcatOdd(d, upper, lower);
 }
 
 // (Loops over corners and edges are written out by templates: g++ keeps them as loops otherwise, with vectors in
@@ -123,14 +118,16 @@ void CellVertices(const float* corners, const uint16_t* cells, int count, bool k
     const Ints cell = hn::PromoteTo(di, hn::LoadU(d16, cells + first));
     const Ints x = hn::ShiftRight<6>(cell), y = hn::And(hn::ShiftRight<3>(cell), hn::Set(di, 7)),
                z = hn::And(cell, hn::Set(di, 7));
-    // (x·9 + y)·9 + z, by shifts: integer products are slow on some targets.
-    const Ints xy = hn::Add(hn::Add(hn::ShiftLeft<3>(x), x), y);
-    const Ints base = hn::Add(hn::Add(hn::ShiftLeft<3>(xy), xy), z);
+    const float* at[kCellPadding];
+    for (int i = 0; i < lanes; ++i) at[i] = corners + kCornerOf[cells[first + i]];
+    const auto pair = [&](int offset, Floats& lower, Floats& upper) {
+      loadPairs(d, [&](int lane) { return at[lane] + offset; }, lower, upper);
+    };
     Floats v[8];
-    gatherPairs(corners + cornerOffset(0, 0, 0), base, v[0], v[1]);
-    gatherPairs(corners + cornerOffset(0, 1, 0), base, v[2], v[3]);
-    gatherPairs(corners + cornerOffset(1, 0, 0), base, v[4], v[5]);
-    gatherPairs(corners + cornerOffset(1, 1, 0), base, v[6], v[7]);
+    pair(cornerOffset(0, 0, 0), v[0], v[1]);
+    pair(cornerOffset(0, 1, 0), v[2], v[3]);
+    pair(cornerOffset(1, 0, 0), v[4], v[5]);
+    pair(cornerOffset(1, 1, 0), v[6], v[7]);
     Ints pattern = patternOf(v, std::make_integer_sequence<int, 8>());
     if (kinks) pattern = hn::Or(pattern, kinkOf(v));
     hn::StoreU(pattern, di, reinterpret_cast<int32_t*>(patterns + first));
@@ -190,6 +187,27 @@ void Signs(const SignWords& words, BrickSigns& out) {
     const auto allIn = hn::And(hn::LoadU(d, all + x), hn::LoadU(d, all + x + 1));
     hn::StoreU(hn::AndNot(allIn, someIn), d, out.active + x);
   }
+}
+
+// Here since the instructions for it came with AVX2.
+int ListBits(const uint64_t* words, uint16_t* out) {
+  uint16_t* at = out;
+  for (int x = 0; x < 8; ++x) {
+    uint64_t left = words[x];
+    const int count = std::popcount(left);
+    // Four at a time, needed or not: how many there are is hard to foresee, and a wrong guess costs more than they do.
+    uint16_t* next = at;
+    do {
+      // (Written out: g++ keeps a loop.)
+      const uint64_t second = left & (left - 1), third = second & (second - 1), fourth = third & (third - 1);
+      const auto place = [&](uint64_t word) { return static_cast<uint16_t>(x * 64 + std::countr_zero(word)); };
+      next[0] = place(left), next[1] = place(second), next[2] = place(third), next[3] = place(fourth);
+      left = fourth & (fourth - 1);
+      next += 4;
+    } while (left != 0);
+    at += count;
+  }
+  return static_cast<int>(at - out);
 }
 
 static_assert(std::endian::native == std::endian::little, "a quad is written as one word");
@@ -257,6 +275,7 @@ namespace argil::clay {
 
 HWY_EXPORT(Signs);
 HWY_EXPORT(CellVertices);
+HWY_EXPORT(ListBits);
 HWY_EXPORT(EdgeQuads);
 HWY_EXPORT(Differing);
 
@@ -270,21 +289,7 @@ void cellVertices(const float* corners, const uint16_t* cells, int count, bool k
 }
 
 int listBits(const uint64_t* words, uint16_t* out) noexcept {
-  uint16_t* at = out;
-  for (int x = 0; x < 8; ++x) {
-    uint64_t left = words[x];
-    const int count = std::popcount(left);
-    // Four at a time, needed or not: how many there are is hard to foresee, and a wrong guess costs more than they do.
-    uint16_t* next = at;
-    do {
-      for (int i = 0; i < 4; ++i) {
-        *next++ = static_cast<uint16_t>(x * 64 + (std::countr_zero(left | uint64_t{1} << 63)));
-        left &= left - 1;
-      }
-    } while (left != 0);
-    at += count;
-  }
-  return static_cast<int>(at - out);
+  return HWY_DYNAMIC_DISPATCH(ListBits)(words, out);
 }
 
 void edgeQuads(const CellVertex* vertices, const uint16_t* edges, int count, int stepU, int stepV,

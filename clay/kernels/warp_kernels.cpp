@@ -5,6 +5,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "clay/kernels/lane_loads.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace argil::clay::HWY_NAMESPACE {
 
@@ -322,7 +324,9 @@ void Nearest(const MovedVoxels& moved, const VoxelWindow& window, const float* n
         // Whole numbers below 2²³: floats hold them. What stays reads its own place, which the window may not hold.
         const Row way = hn::Add(hn::Mul(hn::Add(hn::Mul(wx, sizeY), wy), sizeZ), wz);
         const Row place = hn::Add(hn::Iota(d, static_cast<float>(first)), way);
-        const Row value = hn::GatherIndex(d, window.values, hn::ConvertTo(di, hn::IfThenZeroElse(stays, place)));
+        HWY_ALIGN int32_t places[8];
+        hn::Store(hn::ConvertTo(di, hn::IfThenZeroElse(stays, place)), di, places);
+        const Row value = loadEach(d, [&](int lane) { return window.values + places[lane]; });
         hn::StoreU(hn::IfThenElse(stays, hn::LoadU(d, now + voxel), value), d, phi + voxel);
         const auto open = hn::Or(hn::Gt(off, hn::Set(d, kHalf)), hn::Lt(hn::Abs(value), hn::Set(d, band)));
         uint8_t bits[8] = {};

@@ -11,6 +11,7 @@
 #include "clay/field/region_work.h"
 #include "clay/field/settle.h"
 #include "clay/field/work_rooms.h"
+#include "clay/kernels/shaping_kernels.h"
 #include "clay/store/brick_set.h"
 #include "clay/store/channel_source.h"
 #include "clay/store/sampler.h"
@@ -23,6 +24,7 @@ namespace argil::clay {
 
 namespace {
 
+constexpr float kSlopeOff = 0.05f;  // what slopes of distances differ from 1 by away from edges
 constexpr double kMostBlend = 100;  // voxels: regions are measured so far around
 using MaterialMap = std::vector<uint8_t>;
 
@@ -145,10 +147,11 @@ class Combiner {
     const float band = editor_.grid().band;
     BrickValues phi, scratchA, scratchB;
     const BrickValues &valuesA = a.values(scratchA), &valuesB = b.values(scratchB);
-    bool ends = false;
+    bool ends = false, near = false;
     for (int i = 0; i < kBrickVoxels; ++i) {
       const float pa = turnA_ ? -valuesA[i] : valuesA[i], pb = turnB_ ? -valuesB[i] : valuesB[i];
       float value = std::max(pa, pb);
+      near |= isNear(pa, pb, band);
       if (mayEnd(pa, pb, band)) {
         ends = true;
         value = outside(a.coord * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7}, pa, pb);
@@ -156,7 +159,8 @@ class Combiner {
       phi[i] = turnA_ ? -value : value;
     }
     editor_.setVoxels(a.coord, phi);
-    if (ends) creases_.push_back(a.coord);
+    // What is no distance beside an edge of either solid was a bound before, or is one now.
+    if (ends || (near && !isSlopeOne(phi, band - 1, kSlopeOff))) creases_.push_back(a.coord);
     if (channels_ || channelsB_) met_.push_back(a.coord);
   }
 

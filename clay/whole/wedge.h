@@ -14,12 +14,18 @@ inline constexpr float kInexact = 0.5f;
 /// nowhere.
 inline constexpr float kParallel = 0.995f;
 
-/// Whether what the larger of a voxel's distances to two solids was measured to may be gone from their intersection. It
-/// can only be gone if it lies outside of the other solid, and then that is nearer than twice the distance, but for
-/// kInexact.
-[[nodiscard]] inline bool mayEnd(float pa, float pb, float band) {
+/// Whether a voxel lies outside of one solid, in its band, and as near to the other's surface as that it may be, but
+/// for kInexact.
+[[nodiscard]] inline bool isNear(float pa, float pb, float band) {
   const float value = std::max(pa, pb);
   return value > 0 && value < band && std::min(pa, pb) > -value - kInexact;
+}
+
+/// Whether what the larger of a voxel's distances to two solids was measured to may be gone from their intersection. It
+/// can only be gone if it lies outside of the other solid, and then that is nearer than twice the distance, but for
+/// kInexact. Where the other solid's band has ended it is not: no distance in the band is as large.
+[[nodiscard]] inline bool mayEnd(float pa, float pb, float band) {
+  return isNear(pa, pb, band) && std::min(pa, pb) > -band;
 }
 
 /// A field's slope along an axis: central differences, but where one neighbour is out of the band the other alone.

@@ -161,14 +161,20 @@ TEST(DistanceBox, HasEqualBitsOnEverySimdTarget) {
   });
 }
 
-TEST(DistanceBox, BeyondTheReachAllIsUniform) {
-  const Version ball = makeSphere(Store::make(), grid(), Vec3d::Zero(), 20);
+TEST(DistanceBox, BeyondTheReachAllHasTheReach) {
+  const Version ball20 = makeSphere(Store::make(), grid(), Vec3d::Zero(), 20);
   DistanceBox box;
-  ASSERT_TRUE(box.fill(ball, {16, 0, 0}, {40, 16, 16}, {6, 6}));
-  EXPECT_TRUE(box.isUniform({40, 0, 0}, 8));
-  EXPECT_EQ(box.at({44, 3, 3}), 6);
-  EXPECT_FALSE(box.isUniform({16, 0, 0}, 8));
-  EXPECT_FALSE(box.fill(ball, {64, 0, 0}, {16, 16, 16}, {6, 6}));
+  ASSERT_TRUE(box.fill(ball20, {16, 0, 0}, {40, 16, 16}, {6, 6}));
+  for (int i = 0; i < 40 * 16 * 16; ++i) {
+    const Coord v{16 + i / 256, i / 16 % 16, i % 16};
+    const double exact = ball(ball20.grid().toWorld(v.toVec3d()), Vec3d::Zero(), 20);
+    if (exact > 6.1) {
+      ASSERT_EQ(box.at(v), 6) << v.x << " " << v.y << " " << v.z;
+    } else {
+      ASSERT_NEAR(box.at(v), std::clamp(exact, -6.0, 6.0), 0.01) << v.x << " " << v.y << " " << v.z;
+    }
+  }
+  EXPECT_FALSE(box.fill(ball20, {64, 0, 0}, {16, 16, 16}, {6, 6}));
   EXPECT_EQ(box.uniform(), Tile::outside);
 }
 
@@ -189,8 +195,11 @@ TEST(NearestPoints, AreThoseOfEachVoxel) {
       float best = 1e30f;
       for (const PointRange& range : ranges) nearestOf({x.data(), y.data(), z.data()}, range, middle, best, first);
       ASSERT_LT(first, count);
-      nearestPoints({x.data(), y.data(), z.data()}, ranges, first, low, wide, narrow, nearest);
+      std::fill(std::begin(nearest), std::end(nearest), kNoPoint);
+      const uint64_t rows = random() | uint64_t{random()} << 32;
+      nearestPoints({x.data(), y.data(), z.data()}, ranges, first, low, rows, wide, narrow, nearest);
       for (int v = 0; v < kBrickVoxels; ++v) {
+        if (!(rows >> (v / 8) & 1)) continue;
         const auto apart = [&](size_t i) {
           const float dx = x[i] - (low[0] + float(v >> 6)), dy = y[i] - (low[1] + float((v >> 3) & 7)),
                       dz = z[i] - (low[2] + float(v & 7));
