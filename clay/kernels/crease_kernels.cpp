@@ -85,6 +85,76 @@ struct Greatest {
   }
 };
 
+void SortCells(const float* phi, int stepX, int stepY, const CellBends& bends, SortedCells& out) {
+  const Tag d;
+  constexpr int lanes = static_cast<int>(hn::MaxLanes(Tag()));
+  const auto square = [&](float most) { return hn::Set(d, 64 * most * most); };
+  const Floats slight = square(bends.slight), strong = square(bends.strong), flat = square(bends.flat),
+               near = hn::Set(d, 8 * bends.near);
+  for (int x = 0; x < kBlockCells; ++x)
+    for (int y = 0; y < kBlockCells; ++y) {
+      unsigned over = 0, far = 0, plain = 0;
+      // Eight lanes overlap in the middle of a row, so that none reads beyond its end.
+      for (int z = 0; z + lanes <= kBlockCells; z += 4) {
+        const float* at = phi + x * stepX + y * stepY + z;
+        const auto value = [&](int step) { return hn::LoadU(d, at + step); };
+        const Floats v0 = value(0), v1 = value(1), v2 = value(stepY), v3 = value(stepY + 1), v4 = value(stepX),
+                     v5 = value(stepX + 1), v6 = value(stepX + stepY), v7 = value(stepX + stepY + 1);
+        const Floats a = hn::Add(v0, v1), b = hn::Add(v2, v3), c = hn::Add(v4, v5), e = hn::Add(v6, v7);
+        const Floats f = hn::Sub(v1, v0), g = hn::Sub(v3, v2), h = hn::Sub(v5, v4), k = hn::Sub(v7, v6);
+        const Floats xy = hn::Sub(hn::Sub(a, b), hn::Sub(c, e)), yz = hn::Add(hn::Sub(g, f), hn::Sub(k, h)),
+                     zx = hn::Sub(hn::Add(h, k), hn::Add(f, g)), xyz = hn::Sub(hn::Sub(f, g), hn::Sub(h, k));
+        const Floats bend =
+            hn::Add(hn::Add(hn::Mul(xy, xy), hn::Mul(yz, yz)), hn::Add(hn::Mul(zx, zx), hn::Mul(xyz, xyz)));
+        const auto bits = [&](auto mask) {
+          uint8_t some[8] = {};
+          hn::StoreMaskBits(d, mask, some);
+          return unsigned{some[0]} << z;
+        };
+        const Floats sum = hn::Abs(hn::Add(hn::Add(a, b), hn::Add(c, e)));
+        over |= bits(hn::Gt(bend, slight));
+        far |= bits(hn::Gt(bend, strong));
+        plain |= bits(hn::And(hn::Le(bend, flat), hn::Lt(sum, near)));
+      }
+      out.slight[x][y] = static_cast<uint16_t>(over);
+      out.strong[x][y] = static_cast<uint16_t>(far);
+      out.flatNear[x][y] = static_cast<uint16_t>(plain);
+    }
+}
+
+bool NormalsAgree(const BlockNormals& n, int x, int y, int z, const float* p, float most) {
+  constexpr int kAcross = 5, lanes = static_cast<int>(hn::MaxLanes(Tag()));
+  const Tag d;
+  // work(part, number of its first cell, row along x, y, cells along z); eight parts, as in all sums here.
+  const auto forWindow = [&](const auto& work) {
+    for (int i = 0; i < kAcross * kAcross; ++i)
+      for (int k = 0; k < kVectors; ++k)
+        work(k, i * kParts + k * lanes, x - 2 + i / kAcross, y - 2 + i % kAcross, z - 2 + k * lanes);
+  };
+  const auto some = [&](int k) { return hn::FirstN(d, static_cast<size_t>(std::max(kAcross - k * lanes, 0))); };
+  Greatest heaviest;
+  forWindow([&](int k, int first, int i, int j, int from) {
+    const Floats quality = hn::IfThenElseZero(some(k), hn::LoadU(d, n.quality[i][j] + from));
+    const float ax = static_cast<float>(i) - p[0], ay = static_cast<float>(j) - p[1];
+    const Floats az = hn::Sub(hn::Iota(d, static_cast<float>(from)), hn::Set(d, p[2]));
+    const Floats squared = hn::Add(hn::Set(d, 0.25f + (ax * ax + ay * ay)), hn::Mul(az, az));
+    heaviest.take(k, first, hn::Div(quality, hn::Mul(squared, squared)));
+  });
+  const int place = heaviest.place();
+  if (place < 0) return true;
+  const int i0 = x - 2 + place / kParts / kAcross, j0 = y - 2 + place / kParts % kAcross, k0 = z - 2 + place % kParts;
+  const Floats nx = hn::Set(d, n.x[i0][j0][k0]), ny = hn::Set(d, n.y[i0][j0][k0]), nz = hn::Set(d, n.z[i0][j0][k0]);
+  const Floats least = hn::Set(d, 1 - most);
+  Floats off = hn::Zero(d);
+  forWindow([&](int k, int, int i, int j, int from) {
+    const Floats cosine =
+        dot(hn::LoadU(d, n.x[i][j] + from), hn::LoadU(d, n.y[i][j] + from), hn::LoadU(d, n.z[i][j] + from), nx, ny, nz);
+    const auto there = hn::And(some(k), hn::Gt(hn::LoadU(d, n.quality[i][j] + from), hn::Zero(d)));
+    off = hn::Or(off, hn::IfThenElseZero(hn::And(there, hn::Le(cosine, least)), hn::Set(d, 1.0f)));
+  });
+  return hn::AllTrue(d, hn::Eq(off, hn::Zero(d)));
+}
+
 void CellPlanes(const float* phi, int stepX, int stepY, int margin, const uint16_t* cells, int count,
                 BrickPlanes& out) {
   const Tag d;
@@ -348,11 +418,21 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace argil::clay {
 
+HWY_EXPORT(SortCells);
+HWY_EXPORT(NormalsAgree);
 HWY_EXPORT(CellPlanes);
 HWY_EXPORT(Pick);
 HWY_EXPORT(Rate);
 HWY_EXPORT(Split);
 HWY_EXPORT(There);
+
+void sortCells(const float* phi, int stepX, int stepY, const CellBends& bends, SortedCells& out) noexcept {
+  HWY_DYNAMIC_DISPATCH(SortCells)(phi, stepX, stepY, bends, out);
+}
+
+bool normalsAgree(const BlockNormals& normals, int x, int y, int z, const float* p, float most) noexcept {
+  return HWY_DYNAMIC_DISPATCH(NormalsAgree)(normals, x, y, z, p, most);
+}
 
 void cellPlanes(const float* phi, int stepX, int stepY, int margin, const BlockCell* cells, int count,
                 BrickPlanes& out) noexcept {

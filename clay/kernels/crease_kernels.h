@@ -29,6 +29,32 @@ using BlockCell = uint16_t;
 void cellPlanes(const float* phi, int stepX, int stepY, int margin, const BlockCell* cells, int count,
                 BrickPlanes& out) noexcept;
 
+/// Cells of a block of 12³: bit z of [x][y].
+inline constexpr int kBlockCells = 12;
+using BlockCells = uint16_t[kBlockCells][kBlockCells];
+/// How far cells bend: the RMS misfit of a plane to the eight corners, voxels.
+struct CellBends {
+  float slight, strong;  ///< More than these.
+  float flat, near;      ///< No more than `flat`, with a mean of the corners below `near`.
+};
+struct SortedCells {
+  BlockCells slight, strong, flatNear;
+};
+/// Sorts the cells of a block of 13³ voxels `phi`, `stepX` and `stepY` apart along x and y.
+void sortCells(const float* phi, int stepX, int stepY, const CellBends& bends, SortedCells& out) noexcept;
+
+/// Planes of these cells, by x, y, z: how much each counts, 0 where there is none, and its unit normal.
+struct BlockNormals {
+  static constexpr int kRow = 16;
+  using Row = float[kBlockCells][kBlockCells][kRow];
+  alignas(64) Row quality{};
+  alignas(64) Row x, y, z;  // (not cleared: that would take longer than what is read of them)
+};
+/// Whether no normal of the cells up to two steps away from a cell, along each axis, is turned by `most` (1 − the
+/// cosine) or more from the one that is heaviest by its quality and the fourth power of its middle's distance from `p`.
+/// `p` is given from the middle of cell 0, 0, 0.
+[[nodiscard]] bool normalsAgree(const BlockNormals& normals, int x, int y, int z, const float* p, float most) noexcept;
+
 /// Planes that one cell looks at. `weight` is zero behind the last and where a plane counts for nothing.
 struct NearPlanes : CreasePlanes<kMostNearPlanes> {
   alignas(64) float quality[kMostNearPlanes], weight[kMostNearPlanes];

@@ -67,6 +67,7 @@ struct Grouping {
   std::array<Group, 3> groups;
   int count = 0;
   std::array<int8_t, kMostPlanes> of;
+  std::array<float, kMostPlanes> weight;  // at the draft's vertex
   // less for a plane that is turned away from its group: it may have seen the rounding beyond the crease
   std::array<float, kMostPlanes> trust;
 };
@@ -74,7 +75,7 @@ struct Grouping {
 // Greedy seeds, the farthest next, then three rounds of k-means.
 void group(const CreaseCell& cell, Grouping& out) {
   const size_t n = cell.planes.size();
-  std::array<float, kMostPlanes> weight;
+  std::array<float, kMostPlanes>& weight = out.weight;
   for (size_t i = 0; i < n; ++i) weight[i] = weightAt(cell.planes[i], cell.draft);
   out.count = 0;
   for (int k = 0; k < 3; ++k) {
@@ -103,10 +104,10 @@ void group(const CreaseCell& cell, Grouping& out) {
       out.groups[static_cast<size_t>(k)].weight = 0, out.groups[static_cast<size_t>(k)].count = 0;
     for (size_t i = 0; i < n; ++i) {
       int nearest = 0;
+      float least = turn(cell.planes[i].normal, out.groups[0].normal);
       for (int k = 1; k < out.count; ++k)
-        if (turn(cell.planes[i].normal, out.groups[static_cast<size_t>(k)].normal) <
-            turn(cell.planes[i].normal, out.groups[static_cast<size_t>(nearest)].normal))
-          nearest = k;
+        if (const float t = turn(cell.planes[i].normal, out.groups[static_cast<size_t>(k)].normal); t < least)
+          nearest = k, least = t;
       out.of[i] = static_cast<int8_t>(nearest);
       sum[static_cast<size_t>(nearest)] += weight[i] * cell.planes[i].normal;
       out.groups[static_cast<size_t>(nearest)].weight += weight[i];
@@ -309,7 +310,7 @@ CreaseVertex placeAtCrease(const CreaseCell& cell) noexcept {
     float scatter = 0, weights = 0;
     for (size_t i = 0; i < cell.planes.size(); ++i)
       if (std::find(chosen.begin(), chosen.end(), grouping.of[i]) != chosen.end()) {
-        const float w = weightAt(cell.planes[i], cell.draft);
+        const float w = grouping.weight[i];
         scatter += w * turn(cell.planes[i].normal, grouping.groups[static_cast<size_t>(grouping.of[i])].normal);
         weights += w;
       }

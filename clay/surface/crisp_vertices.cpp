@@ -247,12 +247,7 @@ class Corners {
   CreaseVertex place(CreaseCell cell, int x, int y, int z) {
     if (!fits_) fits_.emplace(around_, kFlat);
     std::array<TangentPlane, 125> planes;
-    size_t count = 0;
-    for (int dx = 0; dx <= 2 * kAround; ++dx)
-      for (int dy = 0; dy <= 2 * kAround; ++dy)
-        for (int dz = 0; dz <= 2 * kAround; ++dz)
-          if (const TangentPlane* plane = fits_->at(x + dx, y + dy, z + dz)) planes[count++] = *plane;
-    cell.planes = {planes.data(), count};
+    cell.planes = {planes.data(), fits_->around(x + kAround, y + kAround, z + kAround, planes.data())};
     return placeAtCrease(cell);
   }
 

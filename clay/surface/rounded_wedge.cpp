@@ -5,6 +5,11 @@
 
 namespace argil::clay {
 
+namespace {
+constexpr float kSameRadius = 1e-4f;  // voxels
+constexpr float kBehind = 1e-4f;
+}  // namespace
+
 std::optional<RoundedWedge> RoundedWedge::of(const CreaseModel& model) {
   RoundedWedge wedge;
   wedge.count_ = model.count;
@@ -20,25 +25,32 @@ std::optional<RoundedWedge> RoundedWedge::of(const CreaseModel& model) {
   return wedge;
 }
 
+size_t RoundedWedge::farthest(const std::array<float, 3>& d) const {
+  size_t most = 0;
+  for (size_t k = 1; k < static_cast<size_t>(count_); ++k)
+    if (d[k] > d[most]) most = k;
+  return most;
+}
+
+bool RoundedWedge::alone(const std::array<float, 3>& d, size_t most) const {
+  for (size_t j = 0; j < static_cast<size_t>(count_); ++j)
+    if (j != most && !(d[j] - cosine_[j][most] * d[most] <= kBehind)) return false;
+  return true;
+}
+
 // The nearest point of the faces moved in by the radius: on one of them, on the line of two, or at the tip; first where
 // the others lie behind.
 RoundedWedge::Value RoundedWedge::at(const Vec3f& p) const {
-  constexpr float kBehind = 1e-4f;
   const auto& c = cosine_;
   const auto n = static_cast<size_t>(count_);
   std::array<float, 3> d{};
-  size_t most = 0;
-  for (size_t k = 0; k < n; ++k) {
-    d[k] = normal_[k].dot(p) + offset_[k] + radius_;
-    if (d[k] > d[most]) most = k;
-  }
+  for (size_t k = 0; k < n; ++k) d[k] = normal_[k].dot(p) + offset_[k] + radius_;
+  const size_t most = farthest(d);
   const auto given = [&](float distance, const Vec3f& gradient, float byRadius) {
     return Value{turn_ * (distance - radius_), gradient * turn_, turn_ * (byRadius - 1)};
   };
   const auto behind = [&](size_t k, float others) { return d[k] - others <= kBehind; };
-  bool alone = true;
-  for (size_t j = 0; j < n; ++j) alone = alone && (j == most || behind(j, c[j][most] * d[most]));
-  if (d[most] <= 0 || alone) return given(d[most], normal_[most], 1);
+  if (d[most] <= 0 || alone(d, most)) return given(d[most], normal_[most], 1);
   for (size_t a = 0; a < n; ++a)
     for (size_t b = 0; b < a; ++b) {
       const float det = 1 - c[a][b] * c[a][b];
@@ -62,24 +74,44 @@ RoundedWedge::Value RoundedWedge::at(const Vec3f& p) const {
 }
 
 void RoundedWedge::fit(const CellView& cell) {
+  // The voxels around the cell, and how far from the faces as they are, without a radius.
+  struct Sample {
+    Vec3f p;
+    float phi;
+    std::array<float, 3> d{};
+  };
+  std::array<Sample, 64> samples;
+  size_t count = 0;
+  for (int x = -1; x <= 2; ++x)
+    for (int y = -1; y <= 2; ++y)
+      for (int z = -1; z <= 2; ++z) {
+        const float phi = cell.phi[x * cell.stepX + y * cell.stepY + z];
+        if (std::abs(phi) > 2.0f) continue;
+        Sample& sample = samples[count++];
+        sample.p = cell.low + Vec3f(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z));
+        sample.phi = phi;
+        for (size_t k = 0; k < static_cast<size_t>(count_); ++k) sample.d[k] = normal_[k].dot(sample.p) + offset_[k];
+      }
   radius_ = 0.3f;
   for (int round = 0; round < 5; ++round) {
     float top = 0, bottom = 1e-6f;
-    for (int x = -1; x <= 2; ++x)
-      for (int y = -1; y <= 2; ++y)
-        for (int z = -1; z <= 2; ++z) {
-          const float phi = cell.phi[x * cell.stepX + y * cell.stepY + z];
-          if (std::abs(phi) > 2.0f) continue;
-          const Value v = at(cell.low + Vec3f(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)));
-          top += v.byRadius * (phi - v.distance);
-          bottom += v.byRadius * v.byRadius;
-        }
+    for (size_t i = 0; i < count; ++i) {
+      // On one face alone the radius changes nothing.
+      std::array<float, 3> d = samples[i].d;
+      for (float& each : d) each += radius_;
+      if (const size_t most = farthest(d); d[most] <= 0 || alone(d, most)) continue;
+      const Value v = at(samples[i].p);
+      top += v.byRadius * (samples[i].phi - v.distance);
+      bottom += v.byRadius * v.byRadius;
+    }
     const float next = std::clamp(radius_ + top / bottom, 0.0f, kMostRadius);
     if (bottom < 1e-3f) {
       radius_ = 0;
       return;
     }
+    const bool found = std::abs(next - radius_) < kSameRadius;
     radius_ = next;
+    if (found) return;
   }
 }
 

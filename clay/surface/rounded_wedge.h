@@ -32,6 +32,10 @@ class RoundedWedge {
  private:
   static constexpr float kMostRadius = 4;
 
+  // Of distances from the faces moved in by the radius: the largest, and whether its face alone counts.
+  [[nodiscard]] size_t farthest(const std::array<float, 3>& d) const;
+  [[nodiscard]] bool alone(const std::array<float, 3>& d, size_t most) const;
+
   std::array<Vec3f, 3> normal_;
   std::array<float, 3> offset_{};
   float cosine_[3][3] = {};

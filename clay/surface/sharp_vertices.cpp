@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "clay/kernels/cell_cases.h"
+#include "clay/kernels/crease_kernels.h"
 #include "clay/surface/bent_vertex.h"
 #include "clay/surface/crease_vertex.h"
 #include "clay/surface/tangent_plane.h"
@@ -17,39 +18,34 @@ namespace {
 // A cell that bends by less than this (RMS, voxels) lies on one face; its plane is off by about as much.
 constexpr float kFlat = 0.02f;
 
-// RMS misfit of a linear field to the eight corners, voxels. Above it a cell may hold a crease: one that cuts off 0.03
-// of a cell bends it that much, and so does a sphere of 30 voxels.
-constexpr float kBent = 0.006f;
+// RMS misfit of a linear field to the eight corners, voxels. Above the first the draft may be off by 0.03 voxel (a
+// sphere of 30 voxels bends cells as much); above the second a cell may hold a crease (one of 18 does).
+constexpr float kBent = 0.006f, kCreased = 0.010f;
 
 // What flat faces may differ from the values of a cell beside a face that turns, voxels.
 constexpr float kExplained = 0.02f;
 
-constexpr int kCells = BrickSurroundings::kCells;
+constexpr int kCells = kBlockCells;
 constexpr int kStepX = BrickSurroundings::kStepX, kStepY = BrickSurroundings::kStepY;
 
-// Which cells are bent, and those beside them: there the draft may be off.
-struct Suspects {
-  uint8_t flag[kCells * kCells * kCells];
-
-  explicit Suspects(const BrickSurroundings& around) {
-    uint8_t bent[kCells * kCells * kCells], z[kCells * kCells * kCells], yz[kCells * kCells * kCells];
+// Cells and those beside them. The outermost ones cannot be asked for.
+class WithNeighbours {
+ public:
+  explicit WithNeighbours(const BlockCells& cells) {
+    BlockCells spread;
     for (int x = 0; x < kCells; ++x)
-      for (int y = 0; y < kCells; ++y)
-        for (int i = 0; i < kCells; ++i)
-          bent[(x * kCells + y) * kCells + i] = bendOf(around.at(x, y, i), kStepX, kStepY) > kBent * kBent;
-    // Spread by a cell along z, y, x; the outermost cells are not asked for.
-    constexpr int n = kCells * kCells * kCells;
-    const auto spread = [](const uint8_t* from, uint8_t* to, int step) {
-      for (int i = step; i < n - step; ++i) to[i] = from[i - step] | from[i] | from[i + step];
-    };
-    std::fill_n(z, n, uint8_t{0});
-    std::fill_n(yz, n, uint8_t{0});
-    std::fill_n(flag, n, uint8_t{0});
-    spread(bent, z, 1);
-    spread(z, yz, kCells);
-    spread(yz, flag, kCells * kCells);
+      for (int y = 1; y < kCells - 1; ++y) {
+        const unsigned near = cells[x][y - 1] | cells[x][y] | cells[x][y + 1];
+        spread[x][y] = static_cast<uint16_t>(near | near << 1 | near >> 1);
+      }
+    for (int x = 1; x < kCells - 1; ++x)
+      for (int y = 1; y < kCells - 1; ++y)
+        rows_[x][y] = static_cast<uint16_t>(spread[x - 1][y] | spread[x][y] | spread[x + 1][y]);
   }
-  [[nodiscard]] bool at(int x, int y, int z) const { return flag[(x * kCells + y) * kCells + z] != 0; }
+  [[nodiscard]] bool at(int x, int y, int z) const { return (rows_[x][y] >> z & 1) != 0; }
+
+ private:
+  BlockCells rows_;
 };
 
 }  // namespace
@@ -68,8 +64,8 @@ void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, const uint64
   CellTable& table = out.table;
   BrickSurroundings around;
   around.read(field, brick, {});
-  const Suspects suspects(around);
-  TangentPlanes fits(around, kFlat);
+  TangentPlanes fits(around, kFlat, kBent, kCreased);
+  const WithNeighbours bendy(fits.slightlyBent()), suspects(fits.bent());
   std::array<TangentPlane, 125> planes;
   size_t rank = 0, sharp = 0;
   auto special = table.specials.begin();
@@ -81,7 +77,7 @@ void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, const uint64
       const int cx = x + BrickSurroundings::kMargin, cy = y + BrickSurroundings::kMargin,
                 cz = z + BrickSurroundings::kMargin;
       const bool onCurved = (curved[x] >> bit & 1) != 0;
-      if (!suspects.at(cx, cy, cz)) {
+      if (!bendy.at(cx, cy, cz)) {
         if (onCurved) out.sharp[sharp++] = static_cast<uint16_t>(rank);
         continue;
       }
@@ -90,20 +86,20 @@ void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, const uint64
       cell.low = {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
       cell.view = {around.at(cx, cy, cz), kStepX, kStepY};
       const unsigned pattern = cell.view.pattern();
-      size_t count = 0;
-      for (int dx = -2; dx <= 2; ++dx)
-        for (int dy = -2; dy <= 2; ++dy)
-          for (int dz = -2; dz <= 2; ++dz)
-            if (const TangentPlane* plane = fits.at(cx + dx, cy + dy, cz + dz)) planes[count++] = *plane;
-      cell.planes = {planes.data(), count};
       const CellCase& c = several && several->joined ? cellCases().joined[pattern] : cellCases().separated[pattern];
       const int loops = several ? c.loops : 1;
+      bool gathered = false;
       for (int loop = 0; loop < loops; ++loop) {
         const size_t index = loop == 0 ? rank : several->extraFirst + static_cast<size_t>(loop) - 1;
         cell.draft = out.positions[index];
         cell.edges = c.edges;
         for (int e = 0; loops > 1 && e < 12; ++e)
           if (c.loopOfEdge[e] != loop) cell.edges = static_cast<uint16_t>(cell.edges & ~(1 << e));
+        // Where all face one way there are no two faces, and grouping would find none.
+        if (!gathered && suspects.at(cx, cy, cz) && !fits.agreeAround(cx, cy, cz, cell.draft, kLeastTurn)) {
+          cell.planes = {planes.data(), fits.around(cx, cy, cz, planes.data())};
+          gathered = true;
+        }
         const CreaseVertex found = placeAtCrease(cell);
         if (onCurved && (found.kind == CreaseVertex::Kind::none || found.misfit > kExplained)) {
           out.sharp[sharp++] = static_cast<uint16_t>(rank);

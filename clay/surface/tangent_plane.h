@@ -1,10 +1,11 @@
 #pragma once
 // Cells that lie on one face, and the plane that it has there.
 
-#include <array>
+#include <bit>
 #include <cstdint>
 
 #include "clay/base/vec.h"
+#include "clay/kernels/crease_kernels.h"
 #include "clay/surface/brick_surroundings.h"
 
 namespace argil::clay {
@@ -35,25 +36,41 @@ class TangentPlanes {
  public:
   /// `around` must stand as long as this does; only cells whose corners it has read may be asked for. A cell that bends
   /// by more than `flat` (RMS, voxels) lies on no one face.
-  TangentPlanes(const BrickSurroundings& around, float flat) : around_(around), flat2_(flat * flat) {}
+  TangentPlanes(const BrickSurroundings& around, float flat, float slight = 0, float strong = 0);
+  /// The cells that bend by more than `slight` and by more than `strong`.
+  [[nodiscard]] const BlockCells& slightlyBent() const { return cells_.slight; }
+  [[nodiscard]] const BlockCells& bent() const { return cells_.strong; }
 
-  /// Of a cell, counted as in BrickSurroundings; null where it is bent, has hardly a slope, or is so far from the
-  /// surface that it sees other faces too.
-  [[nodiscard]] const TangentPlane* at(int x, int y, int z) {
-    const auto cell = static_cast<size_t>((x * kCells + y) * kCells + z);
-    if (state_[cell] == 0) state_[cell] = fit(x, y, z, planes_[cell]) ? 2 : 1;
-    return state_[cell] == 2 ? &planes_[cell] : nullptr;
-  }
+  /// The cells up to two steps away along each axis from the cell x, y, z (counted as in BrickSurroundings) that lie on
+  /// one face: their planes, appended to `out`, which has room for all 125; how many. None has a cell that is bent, has
+  /// hardly a slope, or is so far from the surface that it sees other faces too.
+  size_t around(int x, int y, int z, TangentPlane* out);
+  /// Whether none of them is turned by `most` (1 − the cosine) or more from the one that counts most at `p`, voxels
+  /// from the brick's lowest one.
+  [[nodiscard]] bool agreeAround(int x, int y, int z, const Vec3f& p, float most);
 
  private:
   static constexpr int kCells = BrickSurroundings::kCells;
+  static_assert(kCells == kBlockCells);
 
-  bool fit(int x, int y, int z, TangentPlane& out) const;
+  // Of the cells of a row whose bits are set, those that have a plane.
+  unsigned known(int x, int y, unsigned cells) {
+    const unsigned maybe = cells & cells_.flatNear[x][y];
+    for (unsigned left = maybe & ~asked_[x][y]; left != 0; left &= left - 1) {
+      const int z = std::countr_zero(left);
+      if (fit(x, y, z)) known_[x][y] = static_cast<uint16_t>(known_[x][y] | 1u << z);
+    }
+    asked_[x][y] = static_cast<uint16_t>(asked_[x][y] | maybe);
+    return known_[x][y] & cells;
+  }
+  bool fit(int x, int y, int z);
 
   const BrickSurroundings& around_;
   float flat2_;
-  std::array<uint8_t, kCells * kCells * kCells> state_{};  // 0 unknown, 1 none, 2 known
-  std::array<TangentPlane, kCells * kCells * kCells> planes_;
+  SortedCells cells_;
+  BlockCells asked_{}, known_{};
+  TangentPlane planes_[kCells][kCells][kCells];
+  BlockNormals normals_;
 };
 
 }  // namespace argil::clay
