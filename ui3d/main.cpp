@@ -150,6 +150,8 @@ int run(int argc, char** argv) {
   convertVerb->add_option(
       "--textures", convert.textures,
       "With --quads: normals, colours and heights of the clay as pictures of so many pixels a side");
+  convertVerb->add_flag("--guides", convert.guides,
+                        "STEP and IGES to .argil: planes, axes and middles of the largest faces as guides");
   convertVerb->add_flag("--recentre", convert.recentre,
                         "Move it to zero: for formats whose numbers are too coarse where it lies");
   convertVerb->add_flag("--put-back", convert.putBack, "Clay that import moved nearer: to where its file had it");

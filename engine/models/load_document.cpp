@@ -29,6 +29,7 @@ LoadedDocument loadDocument(const std::filesystem::path& file, const ModelImport
   }
   ImportedModel imported = importModel(file, how, job);
   Document document;
+  for (Guide& guide : imported.guides) document.add(std::move(guide));
   for (Part& part : imported.parts) {
     if (part.name.empty()) part.name = file.stem().string();
     document.add(std::move(part));

@@ -14,6 +14,7 @@
 #include "clay/surface/vertex_channels.h"
 #include "engine/models/cad_export.h"
 #include "engine/models/cut_negatives.h"
+#include "engine/models/face_guides.h"
 #include "engine/models/model_colours.h"
 #include "engine/models/quad_export.h"
 #include "haptics/scene/part_mesh.h"
@@ -135,6 +136,7 @@ ImportedModel importModel(const std::filesystem::path& file, const ModelImport& 
   if (!wish.up.empty() && wish.up != "auto") (void)upAxisNamed(wish.up);
   io::ModelFile read;
   ImportedModel imported;
+  std::optional<FaceGuides> faces;
   Vec3d moved = Vec3d::Zero();
   {
     const ModelLook look = how.look ? *how.look : lookAtModel(file, job);
@@ -149,8 +151,11 @@ ImportedModel importModel(const std::filesystem::path& file, const ModelImport& 
     if (!wish.up.empty() || wish.heightMm || wish.units == "auto")
       imported.notes.push_back(placeWords(look, placement, wish));
     moved = placement.moveMm;
+    if (how.guides) faces.emplace(read.objects);
     place(read.objects, placement);
     place(read.negatives, placement);
+    if (faces)
+      for (Vec3d& place : faces->places().positions) place = placement.apply(place);
   }
   if (read.objects.size() > kMostObjects || how.fitMm) {
     const uint32_t assembly = read.objects.front().assembly;
@@ -165,10 +170,16 @@ ImportedModel importModel(const std::filesystem::path& file, const ModelImport& 
   std::vector<clay::TriangleMesh*> solids, negatives;
   for (io::ModelObject& object : read.objects) solids.push_back(&object.mesh);
   for (io::ModelObject& object : read.negatives) negatives.push_back(&object.mesh);
+  if (faces) negatives.push_back(&faces->places());
   if (how.fitMm) imported.notes.push_back(fitMeshes(solids, *how.fitMm, negatives));
   const Vec3d near = bringNear(solids, negatives);
   moved += near;
   if (std::string words = movedWords(near); !words.empty()) imported.notes.push_back(std::move(words));
+  if (faces) {
+    FaceGuides::Made made = faces->make();
+    imported.guides = std::move(made.guides);
+    imported.notes.push_back(std::move(made.note));
+  }
   try {
     if (how.asPart) {
       if (!read.negatives.empty()) imported.notes.push_back(io::notCutAway(read.negatives.size()));

@@ -31,6 +31,7 @@ struct ModelImport {
   bool stands = false;
   std::shared_ptr<const ModelLook> look = {};  ///< The file, where it was read already.
   bool asPart = false;                         ///< Stays as it is: parts.
+  bool guides = false;                         ///< Of the faces of a CAD model (FaceGuides).
   [[nodiscard]] ImportPlace place() const { return {units, up, heightMm, stands}; }
   /// Gets the mesh as soon as it is read, in mm, long before it is clay: to be shown meanwhile.
   std::function<void(std::shared_ptr<const clay::TriangleMesh>)> onRead = {};
@@ -40,6 +41,7 @@ struct ModelImport {
 struct ImportedModel {
   std::vector<Piece> pieces;
   std::vector<Part> parts;
+  std::vector<Guide> guides;
   std::vector<std::string> notes;  ///< What was found and done, a sentence each.
 };
 /// Meshes, models and level sets (.vdb). Throws Error that names the file, Cancelled.

@@ -244,6 +244,7 @@ void Workbench::import(const std::filesystem::path& file, const ImportOptions& h
     given.precision = how.precision;
     given.fitMm = how.fitMm;
     given.asPart = how.asPart;
+    given.guides = how.guides;
     given.onRead = [=](std::shared_ptr<const clay::TriangleMesh> mesh) {
       const std::lock_guard lock(s->mutex);
       s->preview = std::move(mesh);
@@ -268,6 +269,10 @@ void Workbench::import(const std::filesystem::path& file, const ImportOptions& h
       const auto add = [&](Document& to) {
         const Vec3d move =
             how.stands && !how.replace ? s->besideAll(to, imported->pieces, imported->parts) : Vec3d(Vec3d::Zero());
+        for (Guide guide : imported->guides) {
+          guide.pose.translation += move;
+          to.add(std::move(guide));
+        }
         for (Part part : imported->parts) {
           if (part.name.empty()) part.name = name;
           part.pose.translation += move;

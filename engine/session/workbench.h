@@ -194,6 +194,7 @@ class Workbench {
     clay::Precision precision = clay::Precision::float32;
     std::optional<double> fitMm;  ///< Centred and scaled to this.
     bool asPart = false;          ///< Kept as a mesh: seen and felt, not clay.
+    bool guides = false;          ///< Of the faces of a CAD model (ModelImport::guides).
     bool replace = false;         ///< A new document of it.
   };
   void import(const std::filesystem::path& file, const ImportOptions& options);

@@ -184,6 +184,7 @@ ModelObject merged(std::vector<ModelObject>&& objects) {
       for (uint32_t& corner : triangle) corner += first;
       all.mesh.triangles.push_back(triangle);
     }
+    all.faces.insert(all.faces.end(), each.faces.begin(), each.faces.end());
     each.mesh = {};
   }
   return all;

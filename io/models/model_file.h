@@ -22,6 +22,17 @@ struct Colour {
   friend bool operator==(const Colour&, const Colour&) = default;
 };
 
+/// What a face of a CAD model gives to construct with: the plane that it lies in, the axis or the middle that it turns
+/// around.
+struct ModelFace {
+  enum class Kind : uint8_t { plane, axis, middle };
+  Kind kind = Kind::plane;
+  Vec3d at = Vec3d::Zero();       ///< Middle of the part of the plane or the axis that is used; the middle.
+  Vec3d along = Vec3d::UnitZ();   ///< The plane's normal, outwards; the axis.
+  Vec3d across = Vec3d::UnitX();  ///< Perpendicular to it.
+  double width = 0, depth = 0;    ///< A plane's sizes along and perpendicular to `across`; length and radius; radius.
+};
+
 /// One thing of a model, placed: all transforms of the file are applied (an odd mirror also turns the triangles).
 struct ModelObject {
   std::string name;                     ///< As the file has it; may be empty.
@@ -29,7 +40,8 @@ struct ModelObject {
   std::vector<Colour> vertexColours;    ///< One a vertex, or empty.
   std::vector<Colour> triangleColours;  ///< One a triangle, or empty: goes before vertexColours.
   std::optional<Colour> colour;         ///< Of the whole, where the file says so.
-  uint32_t assembly = 0;  ///< Objects of one are printed as one: what is cut away is cut from those of the same.
+  std::vector<ModelFace> faces;  ///< Of STEP and IGES: planes, cylinders, cones, tori, balls. In the file's unit.
+  uint32_t assembly = 0;         ///< Objects of one are printed as one: what is cut away is cut from those of the same.
 };
 
 /// What a file held. All coordinates are finite, all indices in range, each object has at least one triangle and there

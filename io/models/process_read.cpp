@@ -37,7 +37,23 @@ class ModelAssembler {
   ModelFile model_;
   uint64_t count_ = 0;                                   // vertices of the object
   uint64_t vertices_ = 0, triangles_ = 0, colours_ = 0;  // still to come
+  uint64_t faces_ = 0;                                   // that may still come
 };
+
+ModelFace faceOf(const wire::Face& from) {
+  constexpr double kUnit = 1e-6;
+  ModelFace face;
+  if (from.kind > uint32_t(ModelFace::Kind::middle)) failWire();
+  face.kind = static_cast<ModelFace::Kind>(from.kind);
+  face.at = Vec3d(from.at), face.along = Vec3d(from.along), face.across = Vec3d(from.across);
+  face.width = from.width, face.depth = from.depth;
+  const bool frame = std::abs(face.along.norm() - 1) < kUnit && std::abs(face.across.norm() - 1) < kUnit &&
+                     std::abs(face.along.dot(face.across)) < kUnit;
+  if (!face.at.allFinite() || !frame || !(face.width >= 0 && std::isfinite(face.width)) ||
+      !(face.depth >= 0 && std::isfinite(face.depth)))
+    failWire();
+  return face;
+}
 
 void ModelAssembler::take(wire::Kind kind, std::span<const std::byte> payload) {
   ModelObject* object = model_.objects.empty() ? nullptr : &model_.objects.back();
@@ -63,6 +79,7 @@ void ModelAssembler::take(wire::Kind kind, std::span<const std::byte> payload) {
       count_ = vertices_ = head.vertices;
       triangles_ = head.triangles;
       colours_ = head.hasColours != 0 ? head.vertices : 0;
+      faces_ = wire::kMostFaces;
       ModelObject& next = model_.objects.emplace_back();
       next.name = wireText(name);
       if (head.hasColour != 0) next.colour = Colour{head.colour[0], head.colour[1], head.colour[2], head.colour[3]};
@@ -85,6 +102,10 @@ void ModelAssembler::take(wire::Kind kind, std::span<const std::byte> payload) {
       return each<std::array<uint8_t, 4>>(payload, colours_, [&](const std::array<uint8_t, 4>& c) {
         object->vertexColours.push_back({c[0], c[1], c[2], c[3]});
       });
+    case wire::Kind::faces:
+      if (object == nullptr) failWire();
+      requireComplete();
+      return each<wire::Face>(payload, faces_, [&](const wire::Face& face) { object->faces.push_back(faceOf(face)); });
     case wire::Kind::end:
       requireComplete();
       if (object == nullptr) failWire();

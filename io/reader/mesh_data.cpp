@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "clay/base/error.h"
 
@@ -32,6 +33,15 @@ void sendMesh(const MeshData& mesh, std::string_view name, Sender& sender) {
   sender.array(wire::Kind::positions, std::span<const std::array<double, 3>>(mesh.positions));
   sender.array(wire::Kind::triangles, std::span<const std::array<uint32_t, 3>>(mesh.triangles));
   sender.array(wire::Kind::colours, std::span<const Bytes4>(mesh.colours));
+  const auto finite = [](const wire::Face& face) {
+    double sum = face.width + face.depth;
+    for (int axis = 0; axis < 3; ++axis) sum += face.at[axis] + face.along[axis] + face.across[axis];
+    return std::isfinite(sum);
+  };
+  std::vector<wire::Face> faces;
+  std::copy_if(mesh.faces.begin(), mesh.faces.end(), std::back_inserter(faces), finite);
+  faces.resize(std::min<size_t>(faces.size(), wire::kMostFaces));
+  sender.array(wire::Kind::faces, std::span<const wire::Face>(faces));
 }
 
 }  // namespace argil::io::reader

@@ -20,6 +20,7 @@ struct MeshData {
   std::vector<std::array<uint32_t, 3>> triangles;
   std::vector<Bytes4> colours;   ///< sRGB, one a vertex, or empty.
   std::optional<Bytes4> colour;  ///< Of all, sRGB.
+  std::vector<wire::Face> faces;
 };
 
 /// 0 to 1, linear light, as a byte of sRGB (IEC 61966-2-1); a byte without the curve.

@@ -35,6 +35,7 @@ enum class Kind : uint32_t {
   levels,        ///< Of float, 0 black to 1 white, row by row from the top.
   pixels,        ///< Of 4 bytes, sRGB and alpha, row by row from the top.
   end,           ///< Nothing: all was sent.
+  faces,         ///< Of Face: of the object before, once it is complete.
 };
 
 // What a level set says of its colours in a .vdb file: the name of their grid, and the one that it has itself, linear
@@ -53,6 +54,17 @@ struct Object {
   uint8_t hasColour, hasColours;
   uint8_t padding[2] = {};
 };
+
+/// A face of a CAD model that has a plane, an axis or a middle.
+struct Face {
+  double at[3];         ///< The middle of the plane's part that is used, or of the axis'; the middle.
+  double along[3];      ///< Unit vector: normal, outwards; direction of the axis.
+  double across[3];     ///< Unit vector perpendicular to it.
+  double width, depth;  ///< Plane: sizes along `across` and perpendicular to it. Axis: length; radius. Middle: radius.
+  uint32_t kind;        ///< 0 plane, 1 axis, 2 middle.
+  uint8_t padding[4] = {};
+};
+inline constexpr uint32_t kMostFaces = 1u << 16;  ///< Of an object; the sender leaves the rest out.
 
 struct Grid {
   double voxel, origin[3];  ///< In units of the file.

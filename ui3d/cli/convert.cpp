@@ -67,6 +67,7 @@ void convertClay(const ConvertOptions& options) {
   how.heightMm = options.place.heightMm;
   how.stands = options.place.stands;
   how.voxelMm = options.voxelMm;
+  how.guides = options.guides;
   how.precision = precisionOf(options.bits.value_or(32));
   engine::LoadedDocument loaded;
   {
@@ -174,6 +175,10 @@ void convert(const ConvertOptions& options) {
                             options.output.string()));
   if (toClay && options.recentre)
     throw Error(fmt::format("{}: clay keeps its place; leave --recentre out", options.output.string()));
+  if (options.guides && io::endingOf(options.output) != ".argil")
+    throw Error(fmt::format("{}: guides are kept in .argil files alone; leave --guides out", options.output.string()));
+  if (options.guides && engine::holdsClay(options.input))
+    throw Error(fmt::format("{}: --guides are those of a CAD model's faces; leave it out", options.input.string()));
   if (options.recentre && options.putBack) throw Error("--recentre and --put-back: give one of them");
   const bool byWayOfClay =
       toClay || toCad || options.quads || options.voxelMm || options.bits || engine::holdsClay(options.input);

@@ -50,6 +50,7 @@ struct ConvertOptions {
   std::optional<int> faces;                 ///< STEP: smooth faces at most.
   bool mirror = false;                      ///< Quads on both sides of the clay's mirror plane are images.
   std::optional<int> quads, textures;       ///< OBJ and GLB: quads at most; pixels a side of pictures on them.
+  bool guides = false;                      ///< Of a CAD model's faces, in the document.
   bool draco = false;                       ///< glTF packed with Draco.
   bool recentre = false;                    ///< Moved to zero before it is written.
   bool putBack = false;                     ///< Clay where the imported file had it.

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "tests/e2e/support/command.h"
+#include "tests/support/step_samples.h"
 
 namespace argil::tests {
 namespace {
@@ -35,6 +36,19 @@ class Cad : public ::testing::Test {
   }
   Scratch scratch_;
 };
+
+TEST_F(Cad, FacesOfPartsBecomeGuides) {
+  std::ofstream(scratch_ / "block.step") << samples::stepOfBoredBlock({20, 30, 10}, 6);
+  const std::string block = (scratch_ / "block.step").string();
+  const Outcome said = argil({"convert", block, (scratch_ / "block.argil").string(), "--voxel", "0.5", "--guides"});
+  if (said.err.find("is read by OpenCASCADE") != std::string::npos) GTEST_SKIP() << "this build has no OpenCASCADE";
+  ASSERT_EQ(said.code, 0) << said.err;
+  EXPECT_NE(said.out.find("7 guides of its faces."), std::string::npos) << said.out;
+  const Outcome seen = argil({"inspect", (scratch_ / "block.argil").string()});
+  EXPECT_NE(seen.out.find("7 guides"), std::string::npos) << seen.out;
+  expectRefused(block, {"block.stl", "--guides"});
+  expectRefused((scratch_ / "block.argil").string(), {"again.argil", "--guides"});
+}
 
 TEST_F(Cad, EachPieceIsASolidAndItIsSaidHowFarItLiesOff) {
   const std::string file = ring(), step = (scratch_ / "out.step").string();

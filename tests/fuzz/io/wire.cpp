@@ -3,6 +3,8 @@
 // magic.
 #include "io/reader/wire.h"
 
+#include <cmath>
+
 #include "io/models/model_file.h"
 #include "io/models/picture.h"
 #include "io/models/reader_process.h"
@@ -25,6 +27,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
         for (const io::ModelObject& object : model.objects) {
           tests::require(!object.mesh.triangles.empty());
           for (const Vec3d& p : object.mesh.positions) tests::require(p.allFinite());
+          for (const io::ModelFace& face : object.faces)
+            tests::require(face.at.allFinite() && std::abs(face.along.norm() - 1) < 1e-3 && face.width >= 0 &&
+                           face.depth >= 0);
           for (const auto& triangle : object.mesh.triangles)
             for (const uint32_t corner : triangle) tests::require(corner < object.mesh.positions.size());
           tests::require(object.vertexColours.empty() || object.vertexColours.size() == object.mesh.positions.size());

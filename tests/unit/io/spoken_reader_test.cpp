@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -117,6 +118,56 @@ TEST_F(SpokenReaderTest, OfAModelIsBelievedInNothing) {
         changed(speech, Kind::positions, 16, std::numeric_limits<double>::infinity()),
         changed(speech, Kind::triangles, 4, uint32_t{1} << 20), changed(speech, Kind::object, 0, uint64_t{0}),
         changed(speech, Kind::object, 8, uint64_t{0}), changed(speech, Kind::object, 0, uint64_t{1} << 40)})
+    EXPECT_THAT(outcome(lie, read), HasSubstr("sent what it should not"));
+}
+
+TEST_F(SpokenReaderTest, OfFacesIsBelievedInNothing) {
+  std::vector<ModelObject> objects(1);
+  objects[0].mesh = samples::cube(10);
+  const auto file = folder_ / "a.glb";
+  writeModel(file, {objects, {}});
+  const Speech plain = heard("gltf", file);
+  const auto end = std::find_if(plain.begin(), plain.end(), [](const Message& m) { return m.kind == Kind::end; });
+  const wire::Face face{.at = {1, 2, 3}, .along = {0, 0, 1}, .across = {1, 0, 0}, .width = 4, .depth = 5, .kind = 1};
+  const auto with = [&](const wire::Face& one, size_t count = 1) {
+    Speech speech(plain.begin(), end);
+    std::string payload;
+    for (size_t i = 0; i < count; ++i) samples::append(payload, one);
+    speech.push_back({Kind::faces, payload});
+    speech.insert(speech.end(), end, plain.end());
+    return speech;
+  };
+  size_t found = 0;
+  const auto read = [&] {
+    const ModelFile model = readModel(file);
+    found = model.objects.at(0).faces.size();
+    if (found > 0) {
+      EXPECT_EQ(model.objects[0].faces[0].kind, ModelFace::Kind::axis);
+      EXPECT_EQ(model.objects[0].faces[0].at, Vec3d(1, 2, 3));
+    }
+  };
+  EXPECT_EQ(outcome(plain, read), "");
+  EXPECT_EQ(found, 0u);
+  EXPECT_EQ(outcome(with(face, 3), read), "");
+  EXPECT_EQ(found, 3u);
+  const auto changedFace = [&](const auto& change) {
+    wire::Face lie = face;
+    change(lie);
+    return with(lie);
+  };
+  Speech shorter = with(face), early = with(face);
+  shorter[shorter.size() - 2].payload.pop_back();
+  // Before the object's own arrays.
+  const auto object = std::find_if(early.begin(), early.end(), [](const Message& m) { return m.kind == Kind::object; });
+  std::rotate(object + 1, early.end() - 2, early.end() - 1);
+  for (const Speech& lie :
+       {changedFace([](wire::Face& f) { f.kind = 3; }),
+        changedFace([](wire::Face& f) { f.at[1] = std::numeric_limits<double>::quiet_NaN(); }),
+        changedFace([](wire::Face& f) { f.along[2] = 0; }), changedFace([](wire::Face& f) { f.along[2] = 2; }),
+        changedFace([](wire::Face& f) { f.across[0] = 0, f.across[2] = 1; }),
+        changedFace([](wire::Face& f) { f.width = -1; }),
+        changedFace([](wire::Face& f) { f.depth = std::numeric_limits<double>::infinity(); }), shorter, early,
+        with(face, wire::kMostFaces + 1)})
     EXPECT_THAT(outcome(lie, read), HasSubstr("sent what it should not"));
 }
 

@@ -139,6 +139,9 @@ void sizeRows(AskedModel& asked, StudioState& state) {
   contentRows(*look.model, asked.measuring->done() ? asked.details.get() : nullptr, asked.asPart);
   kit::toggle("Where the file has it", asked.keepsPlace, "Else it stands on the ground, beside what is there.");
   if (!asked.asDocument) kit::toggle("As a part: seen and felt, not clay", asked.asPart);
+  const auto hasFaces = [](const io::ModelObject& object) { return !object.faces.empty(); };
+  if (std::any_of(look.model->objects.begin(), look.model->objects.end(), hasFaces))
+    kit::toggle("Guides of its faces", asked.guides, "Planes, axes and middles of the largest faces, to snap to.");
   if (asked.asPart) return;
   const double voxel = voxelOf(asked, state, placement);
   const double area = look.area * placement.mm * placement.mm * placement.scale * placement.scale;
@@ -164,6 +167,7 @@ engine::Workbench::ImportOptions optionsOf(const AskedModel& asked, const Studio
     options.stands = false;
   }
   options.asPart = asked.asPart;
+  options.guides = asked.guides;
   if (asked.keepsWalls && !asked.asPart)
     options.voxelMm = voxelOf(asked, state, engine::placementOf(*asked.look, wish));
   else if (state.imports.voxelGiven && !asked.asPart)

@@ -108,6 +108,57 @@ TEST_F(CadFiles, PlanesAndCylindersAreRead) {
   EXPECT_NEAR(topology.volume / (6000 - std::numbers::pi * 360), 1, 2e-4);
 }
 
+TEST_F(CadFiles, FacesSayWhereTheyLie) {
+  const Vec3d size(20, 30, 10);
+  const ModelFile model = readModel(written("block.step", samples::stepOfBoredBlock(size, 6)));
+  ASSERT_EQ(model.objects.size(), 1u);
+  int planes = 0, axes = 0;
+  for (const ModelFace& face : model.objects[0].faces) {
+    EXPECT_NEAR(face.along.dot(face.across), 0, 1e-12);
+    if (face.kind == ModelFace::Kind::axis) {
+      ++axes;
+      EXPECT_LT((face.at - size / 2).norm(), 1e-9);
+      EXPECT_NEAR(std::abs(face.along.z()), 1, 1e-12);
+      EXPECT_NEAR(face.width, 10, 1e-9);
+      EXPECT_NEAR(face.depth, 6, 1e-9);
+      continue;
+    }
+    ++planes;
+    ASSERT_EQ(face.kind, ModelFace::Kind::plane);
+    // Its middle is that of a side of the block, and it looks away from the block's middle.
+    int axis = 0;
+    face.along.cwiseAbs().maxCoeff(&axis);
+    EXPECT_NEAR((face.at - size / 2).dot(face.along), size[axis] / 2, 1e-9);
+    EXPECT_LT(((face.at - size / 2) - (face.at - size / 2).dot(face.along) * face.along).norm(), 1e-9);
+    EXPECT_NEAR(face.width * face.depth, size.prod() / size[axis], 1e-6);
+    int side = 0;
+    face.across.cwiseAbs().maxCoeff(&side);
+    EXPECT_NEAR(face.width, size[side], 1e-9);
+  }
+  EXPECT_EQ(planes, 6);
+  EXPECT_EQ(axes, 1);
+}
+
+// Of other programs: the planes that are told hold points of the mesh, with all of it on one side or not.
+TEST_F(CadFiles, FacesOfOtherProgramsHoldTheirMesh) {
+  if (!std::filesystem::exists(data("featuretype.STEP"))) GTEST_SKIP() << "ARGIL_DATA is not set";
+  for (const char* name : {"featuretype.STEP", "screw.step"}) {
+    const ModelFile model = readModel(data(name));
+    for (const ModelObject& object : model.objects) {
+      EXPECT_GT(object.faces.size(), 3u) << name;
+      for (const ModelFace& face : object.faces) {
+        // Places of the mesh that lie on the face's plane, or on its cylinder within the length that is told.
+        size_t on = 0;
+        for (const Vec3d& p : object.mesh.positions) {
+          const double h = (p - face.at).dot(face.along), r = (p - face.at - h * face.along).norm();
+          on += face.kind == ModelFace::Kind::plane ? std::abs(h) < 1e-3 : std::abs(h) < face.width / 2 + 1e-3 && r > 0;
+        }
+        EXPECT_GE(on, 3u) << name << " " << int(face.kind);
+      }
+    }
+  }
+}
+
 TEST_F(CadFiles, PartsOfOtherProgramsAreRead) {
   if (!std::filesystem::exists(data("featuretype.STEP"))) GTEST_SKIP() << "ARGIL_DATA is not set";
   const ModelFile part = readModel(data("featuretype.STEP"));
