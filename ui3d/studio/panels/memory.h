@@ -87,7 +87,7 @@ struct AskedModel {
   std::filesystem::path file = {};
   bool asDocument = false;  ///< To be opened, not imported.
   bool asPart = false;
-  bool guides = false;  ///< Of its faces.
+  bool guides = false;                           ///< Of its faces.
   int units = 0, up = 0;                         ///< As they are listed: guessed first.
   std::optional<double> heightMm = {};           ///< None: what the unit makes it.
   bool keepsPlace = false;                       ///< Where the file has it; else on the ground, beside what is there.
