@@ -12,6 +12,7 @@
 
 #include "clay/base/error.h"
 #include "clay/base/joined_sets.h"
+#include "clay/base/parallel.h"
 
 namespace argil::clay {
 
@@ -92,8 +93,8 @@ double filledOf(const SurfaceDisk& disk, const FlatDisk& flat) {
 
 class Charts {
  public:
-  Charts(const QuadMesh& mesh, double stretch)
-      : mesh_(mesh), stretch_(stretch), topology_(mesh.positions.size(), mesh.quads) {
+  Charts(const QuadMesh& mesh, double stretch, int threads)
+      : mesh_(mesh), stretch_(stretch), threads_(threads), topology_(mesh.positions.size(), mesh.quads) {
     joined_.assign(topology_.edges().size(), false);
     for (uint32_t f = 0; f < mesh.quads.size(); ++f) {
       const Vec3d area = areaOf(cornersOf(f));
@@ -340,8 +341,13 @@ class Charts {
     }
   }
 
+  // Also along edges that are no more than tried; sorted.
+  [[nodiscard]] bool isJoined(uint32_t edge, const std::vector<uint32_t>& tried) const {
+    return joined_[edge] || std::binary_search(tried.begin(), tried.end(), edge);
+  }
+
   // The quads as they are joined; none where that is no disk.
-  std::optional<Chart> chartOf(std::vector<uint32_t> quads) const {
+  std::optional<Chart> chartOf(std::vector<uint32_t> quads, const std::vector<uint32_t>& tried = {}) const {
     Chart chart;
     chart.quads = std::move(quads);
     std::unordered_map<uint32_t, uint32_t> placeOf;
@@ -352,7 +358,7 @@ class Charts {
       for (uint32_t s = 0; s < 4; ++s) {
         const uint32_t edge = topology_.edgeOf(chart.quads[i], int(s));
         const auto& e = topology_.edges()[edge];
-        if (!joined_[edge] || e.quad[0] != chart.quads[i] || e.side[0] != s) continue;
+        if (!isJoined(edge, tried) || e.quad[0] != chart.quads[i] || e.side[0] != s) continue;
         const uint32_t other = placeOf.at(e.quad[1]), side = e.side[1];
         corners.join(4 * i + s, 4 * other + ((side + 1) & 3));
         corners.join(4 * i + ((s + 1) & 3), 4 * other + side);
@@ -372,7 +378,7 @@ class Charts {
     size_t open = 0;
     for (uint32_t i = 0; i < chart.quads.size(); ++i)
       for (uint32_t s = 0; s < 4; ++s)
-        if (!joined_[topology_.edgeOf(chart.quads[i], int(s))]) {
+        if (!isJoined(topology_.edgeOf(chart.quads[i], int(s)), tried)) {
           next[chart.vertices[i][s]] = chart.vertices[i][(s + 1) & 3];
           ++open;
         }
@@ -486,14 +492,24 @@ class Charts {
         if (!run.empty()) choices.push_back({turn - length, b, std::move(run)});
       }
       std::sort(choices.begin(), choices.end());
+      std::erase_if(choices,
+                    [&](const auto& choice) { return sizeOf(a) + sizeOf(std::get<1>(choice)) > asked.share * whole; });
+      std::vector<std::optional<Chart>> tried(choices.size());
+      parallelBlocks(
+          choices.size(), threads_,
+          [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; ++i)
+              tried[i] = joinedChart(a, std::get<1>(choices[i]), std::get<2>(choices[i]), asked);
+          },
+          1);
       // The one that gives the most compact chart.
       std::optional<Chart> best;
       double filled = -1;
       uint32_t with = 0;
       const std::vector<uint32_t>* along = nullptr;
-      for (const auto& [cost, b, run] : choices) {
-        if (sizeOf(a) + sizeOf(b) > asked.share * whole) continue;
-        std::optional<Chart> both = tryJoin(a, b, run, asked);
+      for (size_t i = 0; i < choices.size(); ++i) {
+        const auto& [cost, b, run] = choices[i];
+        std::optional<Chart>& both = tried[i];
         if (!both) refused.insert(std::minmax(a, b));
         if (!both || filledOf(both->disk, both->flat) <= filled) continue;
         filled = filledOf(both->disk, both->flat);
@@ -514,20 +530,20 @@ class Charts {
     }
   }
 
-  std::optional<Chart> tryJoin(uint32_t a, uint32_t b, const std::vector<uint32_t>& run, const Step& asked) {
-    for (const uint32_t edge : run) joined_[edge] = true;
+  // Two charts joined along a run of edges, if that is what was asked. Any thread.
+  std::optional<Chart> joinedChart(uint32_t a, uint32_t b, std::vector<uint32_t> run, const Step& asked) const {
+    std::sort(run.begin(), run.end());
     std::vector<uint32_t> quads;
     std::merge(charts_[a]->quads.begin(), charts_[a]->quads.end(), charts_[b]->quads.begin(), charts_[b]->quads.end(),
                std::back_inserter(quads));
-    std::optional<Chart> chart = chartOf(std::move(quads));
-    const bool fits = chart && layFlat(*chart, asked);
-    for (const uint32_t edge : run) joined_[edge] = false;
-    if (!fits) chart.reset();
+    std::optional<Chart> chart = chartOf(std::move(quads), run);
+    if (chart && !layFlat(*chart, asked)) chart.reset();
     return chart;
   }
 
   const QuadMesh& mesh_;
   double stretch_, least_ = 0;
+  int threads_;
   QuadTopology topology_;
   std::vector<bool> joined_;
   std::vector<Vec3d> normal_, facing_;
@@ -562,8 +578,8 @@ TriangleMesh trianglesOf(const QuadMesh& mesh) {
   return out;
 }
 
-std::vector<Chart> chartsOf(const QuadMesh& mesh, double stretch, size_t few, const WorkPart& part) {
-  return Charts(mesh, stretch).make(few, part);
+std::vector<Chart> chartsOf(const QuadMesh& mesh, double stretch, size_t few, int threads, const WorkPart& part) {
+  return Charts(mesh, stretch, threads).make(few, part);
 }
 
 }  // namespace argil::clay

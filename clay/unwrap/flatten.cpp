@@ -109,9 +109,9 @@ class Flattening {
       }
       if (!(now < before)) break;
       places_ = next;
-      const bool enough = before - now < kEnough * before;
+      const bool last = before - now < kEnough * before;
       before = now;
-      if (enough) break;
+      if (last) break;
     }
   }
 
@@ -152,42 +152,79 @@ class Flattening {
     return sum;
   }
 
+  // Visits the entries below the diagonal, and on it, of each triangle's six rows and columns, always in one order:
+  // visit(corner of the row, of the column, axis of the row, of the column, row, column).
+  template <class Visit>
+  static void forLower(const std::array<uint32_t, 3>& corners, const Visit& visit) {
+    for (size_t i = 0; i < 3; ++i)
+      for (size_t k = 0; k < 3; ++k) {
+        if (corners[i] < corners[k]) continue;
+        for (int a = 0; a < 2; ++a)
+          for (int b = 0; b < (i == k ? a + 1 : 2); ++b)
+            visit(i, k, a, b, 2 * static_cast<int>(corners[i]) + a, 2 * static_cast<int>(corners[k]) + b);
+      }
+  }
+
+  // Where the entries of the triangles are added up: the same from round to round.
+  void prepare() {
+    const auto count = static_cast<int>(2 * places_.size());
+    std::vector<Eigen::Triplet<double>> entries;
+    entries.reserve(disk_.triangles.size() * kLowerEntries + static_cast<size_t>(count));
+    for (const auto& corners : disk_.triangles)
+      forLower(corners, [&](size_t, size_t, int, int, int row, int column) { entries.emplace_back(row, column, 0.0); });
+    for (int i = 0; i < count; ++i) entries.emplace_back(i, i, 0.0);
+    matrix_.resize(count, count);
+    matrix_.setFromTriplets(entries.begin(), entries.end());
+    const int *outer = matrix_.outerIndexPtr(), *inner = matrix_.innerIndexPtr();
+    const auto slotOf = [&](int row, int column) {
+      return static_cast<int>(std::lower_bound(inner + outer[column], inner + outer[column + 1], row) - inner);
+    };
+    slots_.reserve(disk_.triangles.size() * kLowerEntries);
+    for (const auto& corners : disk_.triangles)
+      forLower(corners, [&](size_t, size_t, int, int, int row, int column) { slots_.push_back(slotOf(row, column)); });
+    for (int i = 0; i < count; ++i) diagonal_.push_back(slotOf(i, i));
+    solver_.analyzePattern(matrix_);
+  }
+
   // Where a quadratic energy has its least that agrees with the true one here in value and slope.
   std::vector<Vec2d> solved() {
+    if (slots_.empty()) prepare();
     const auto count = static_cast<Eigen::Index>(places_.size());
-    std::vector<Eigen::Triplet<double>> entries;
-    entries.reserve(disk_.triangles.size() * 36 + places_.size() * 2);
+    double* values = matrix_.valuePtr();
+    std::fill_n(values, matrix_.nonZeros(), 0.0);
     Eigen::VectorXd right = Eigen::VectorXd::Zero(2 * count);
     double stiffness = 0;
+    const int* slot = slots_.data();
     for (size_t t = 0; t < flats_.size(); ++t) {
-      const Eigen::JacobiSVD<Mat2d> svd(jacobian(t, places_), Eigen::ComputeFullU | Eigen::ComputeFullV);
-      const auto weight = [](double s) {  // squared
-        return std::abs(s - 1) < 1e-6 ? 4.0 : (s - 1 / (s * s * s)) / (s - 1);
-      };
-      const Vec2d values = svd.singularValues();
-      const Mat2d u = svd.matrixU(),
-                  metric = u * Vec2d(weight(values.x()), weight(values.y())).asDiagonal() * u.transpose(),
-                  turned = metric * (u * svd.matrixV().transpose());
+      // A turn and a stretch along two directions, the squares of whose weights are what the stretch's own function
+      // gives: no decomposition is needed for a function of a symmetric matrix of two rows.
+      const Mat2d j = jacobian(t, places_);
+      Mat2d rotation;
+      rotation << j(0, 0) + j(1, 1), j(0, 1) - j(1, 0), j(1, 0) - j(0, 1), j(0, 0) + j(1, 1);
+      rotation /= std::hypot(rotation(0, 0), rotation(1, 0));
+      const Mat2d stretch = j * rotation.transpose();
+      const auto weight = [](double s) { return std::abs(s - 1) < 1e-6 ? 4.0 : (s - 1 / (s * s * s)) / (s - 1); };
+      const double middle = (stretch(0, 0) + stretch(1, 1)) / 2, half = (stretch(0, 0) - stretch(1, 1)) / 2,
+                   apart = std::hypot(half, (stretch(0, 1) + stretch(1, 0)) / 2);
+      const double most = weight(middle + apart), least = weight(middle - apart);
+      // `most` and `least` along the two directions.
+      Mat2d metric = (most + least) / 2 * Mat2d::Identity();
+      if (apart > 1e-12 * middle) metric += (most - least) / 2 / apart * (stretch - middle * Mat2d::Identity());
+      const Mat2d turned = metric * rotation;
       const auto& corners = disk_.triangles[t];
-      for (size_t i = 0; i < 3; ++i) {
-        const auto row = 2 * static_cast<Eigen::Index>(corners[i]);
-        right.segment<2>(row) += flats_[t].area * turned * flats_[t].gradient[i];
-        for (size_t k = 0; k < 3; ++k) {
-          const auto column = 2 * static_cast<Eigen::Index>(corners[k]);
-          const Mat2d block = flats_[t].area * flats_[t].gradient[i].dot(flats_[t].gradient[k]) * metric;
-          if (i == k) stiffness += block.trace();
-          for (int a = 0; a < 2; ++a)
-            for (int b = 0; b < 2; ++b) entries.emplace_back(row + a, column + b, block(a, b));
-        }
-      }
+      for (size_t i = 0; i < 3; ++i)
+        right.segment<2>(2 * static_cast<Eigen::Index>(corners[i])) += flats_[t].area * turned * flats_[t].gradient[i];
+      double blocks[3][3];
+      for (size_t i = 0; i < 3; ++i)
+        for (size_t k = 0; k < 3; ++k) blocks[i][k] = flats_[t].area * flats_[t].gradient[i].dot(flats_[t].gradient[k]);
+      for (size_t i = 0; i < 3; ++i) stiffness += blocks[i][i] * metric.trace();
+      forLower(corners,
+               [&](size_t i, size_t k, int a, int b, int, int) { values[*slot++] += blocks[i][k] * metric(a, b); });
     }
     const double stay = kStay * stiffness / double(2 * count);
-    for (Eigen::Index i = 0; i < 2 * count; ++i) entries.emplace_back(i, i, stay);
+    for (const int each : diagonal_) values[each] += stay;
     for (Eigen::Index v = 0; v < count; ++v) right.segment<2>(2 * v) += stay * places_[size_t(v)];
-    Sparse matrix(2 * count, 2 * count);
-    matrix.setFromTriplets(entries.begin(), entries.end());
-    if (!analysed_) solver_.analyzePattern(matrix), analysed_ = true;
-    solver_.factorize(matrix);
+    solver_.factorize(matrix_);
     std::vector<Vec2d> out(places_.size(), Vec2d::Zero());
     if (solver_.info() != Eigen::Success) return places_;
     const Eigen::VectorXd x = solver_.solve(right);
@@ -215,8 +252,10 @@ class Flattening {
   const SurfaceDisk& disk_;
   std::vector<Flat> flats_;
   std::vector<Vec2d> places_;
+  static constexpr size_t kLowerEntries = 21;  // of six rows and columns
+  Sparse matrix_;
+  std::vector<int> slots_, diagonal_;  // places of entries in its values
   Solver solver_;
-  bool analysed_ = false;
 };
 
 // Of two sides that share no end.

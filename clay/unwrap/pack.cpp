@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <numbers>
@@ -12,6 +13,7 @@
 #include <random>
 
 #include "clay/base/error.h"
+#include "clay/base/parallel.h"
 
 namespace argil::clay {
 
@@ -200,7 +202,7 @@ std::optional<std::vector<Packing::Placed>> placedIn(const std::vector<Shape>& s
 
 }  // namespace
 
-Packing packed(const std::vector<FlatShape>& shapes, double margin, const WorkPart& part) {
+Packing packed(const std::vector<FlatShape>& shapes, double margin, int threads, const WorkPart& part) {
   std::vector<Shape> all;
   double area = 0;
   for (const FlatShape& each : shapes) {
@@ -215,8 +217,13 @@ Packing packed(const std::vector<FlatShape>& shapes, double margin, const WorkPa
   std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return all[a].area > all[b].area; });
   Packing best;
   best.sideMm = 0;
-  // A larger side until they go in, then smaller ones by smaller and smaller steps, each looked for in some orders.
+  // The largest first; in some more orders shapes of about one size change places.
+  std::vector<std::vector<size_t>> orders(kOrders, order);
   std::mt19937 random(7);
+  for (size_t k = 2; k < orders.size(); ++k)
+    for (size_t i = 0; i + 1 < order.size(); ++i)
+      std::swap(orders[k][i], orders[k][std::min(order.size() - 1, i + random() % 4)]);
+  // A larger side until they go in, then smaller ones by smaller and smaller steps, each looked for in these orders.
   double step = kFirstStep;
   for (double side = 1.1 * std::sqrt(area); step > kLastStep;) {
     if (!(side < kHopeless * std::sqrt(area)))
@@ -227,18 +234,24 @@ Packing packed(const std::vector<FlatShape>& shapes, double margin, const WorkPa
         rasters[i][turn] =
             rasterOf(all[i].shape, all[i].upright + 2 * std::numbers::pi * double(turn) / kTurns, side / kCells, cells);
     part.step(best.sideMm > 0 ? 1 - step / kFirstStep : 0);
-    bool found = false;
-    for (int tried = 0; tried < kOrders && !found; ++tried) {
-      std::vector<size_t> now = order;
-      // Shapes of about one size change places.
-      for (size_t i = 0; tried > 1 && i + 1 < now.size(); ++i)
-        std::swap(now[i], now[std::min(now.size() - 1, i + random() % 4)]);
-      if (auto placed = placedIn(all, rasters, now, tried % 2 == 0, side / kCells)) {
-        best.placed = std::move(*placed);
-        best.sideMm = side;
-        found = true;
-      }
-      if (tried == 1 && !(best.sideMm > 0)) break;
+    // The first order that fits, whichever is tried first; until something fits the two plain ones are enough.
+    const size_t tried = best.sideMm > 0 ? orders.size() : 2;
+    std::vector<std::optional<std::vector<Packing::Placed>>> placed(tried);
+    std::atomic<size_t> first = tried;
+    parallelBlocks(
+        tried, threads,
+        [&](size_t begin, size_t end) {
+          for (size_t k = begin; k < end && k < first; ++k) {
+            placed[k] = placedIn(all, rasters, orders[k], k % 2 == 0, side / kCells);
+            size_t now = first;
+            while (placed[k] && k < now && !first.compare_exchange_weak(now, k)) continue;
+          }
+        },
+        1);
+    const bool found = first < tried;
+    if (found) {
+      best.placed = std::move(*placed[first]);
+      best.sideMm = side;
     }
     if (!found && best.sideMm > 0) step /= 2;
     side = best.sideMm > 0 ? (1 - step) * best.sideMm : kLarger * side;

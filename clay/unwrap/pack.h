@@ -29,7 +29,7 @@ struct Packing {
 /// All shapes in one scale, as large as they come, none mirrored, none nearer to another than `margin` of the square's
 /// side, nor to its rim than half of that. Looked at in 512 × 512 cells, of which a margin is at least one. Throws
 /// Error without an area, or where so many do not go in at all; Cancelled. Cost: one to three seconds for 15 shapes.
-/// One thread; the same on all machines.
-[[nodiscard]] Packing packed(const std::vector<FlatShape>& shapes, double margin, const WorkPart& part);
+/// The same on all machines and on any number of threads.
+[[nodiscard]] Packing packed(const std::vector<FlatShape>& shapes, double margin, int threads, const WorkPart& part);
 
 }  // namespace argil::clay

@@ -8,10 +8,10 @@
 namespace argil::clay {
 
 UvMap unwrapped(const QuadMesh& mesh, const UnwrapOptions& options, const WorkPart& part) {
-  const std::vector<Chart> charts = chartsOf(mesh, options.stretch, options.few, part.part(0, 0.8));
+  const std::vector<Chart> charts = chartsOf(mesh, options.stretch, options.few, options.threads, part.part(0, 0.8));
   std::vector<FlatShape> shapes;
   for (const Chart& each : charts) shapes.push_back({&each.flat.places, &each.disk.triangles});
-  const Packing packing = packed(shapes, options.margin, part.part(0.8, 1));
+  const Packing packing = packed(shapes, options.margin, options.threads, part.part(0.8, 1));
 
   UvMap map;
   map.corners.resize(mesh.quads.size());

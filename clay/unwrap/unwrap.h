@@ -25,12 +25,13 @@ struct UnwrapOptions {
   double stretch = 1.05;      ///< Of no chart more, above 1.
   size_t few = 15;            ///< So few charts are enough.
   double margin = 1.0 / 512;  ///< Between charts, of the picture's side: 4 pixels of 2 048.
+  int threads = 2;
 };
 
 /// Charts that nothing is folded in or lies on another: each place of the picture belongs to one place of the mesh at
 /// most. One scale for all. Quads without an area get a little. Throws Error for a
-/// mesh that is not closed or has no area; Cancelled. Cost: about
-/// 1 ms a quad, and one to three seconds. One thread; the same on all machines.
+/// mesh that is not closed or has no area; Cancelled. Cost: 1 to 2 ms a quad on one thread, and one to three seconds.
+/// The same on any number of threads.
 [[nodiscard]] UvMap unwrapped(const QuadMesh& mesh, const UnwrapOptions& options, const WorkPart& part);
 
 }  // namespace argil::clay

@@ -145,7 +145,7 @@ TEST(Pack, NoneIsNearerThanTheMarginAndAllAreInside) {
       for (const auto& t : each.triangles) area += 0.5 * cross(each.places[t[1]], each.places[t[2]]);
     }
     constexpr double kMargin = 1.0 / 128;
-    const Packing packing = packed(flat, kMargin, WorkPart(nullptr));
+    const Packing packing = packed(flat, kMargin, 2, WorkPart(nullptr));
     EXPECT_NEAR(packing.covered, area / (packing.sideMm * packing.sideMm), 1e-12);
     EXPECT_GT(packing.covered, 0.4);
     std::vector<std::vector<Vec2d>> outlines;
@@ -177,7 +177,7 @@ TEST(Pack, ANeedleGoesIn) {
   needle.triangles = {{0, 1, 2}, {0, 2, 3}};
   const Shape other = star(random, 3);
   const std::vector<FlatShape> shapes = {{&other.places, &other.triangles}, {&needle.places, &needle.triangles}};
-  const Packing packing = packed(shapes, 1.0 / 512, WorkPart(nullptr));
+  const Packing packing = packed(shapes, 1.0 / 512, 1, WorkPart(nullptr));
   EXPECT_GT(packing.sideMm, 7000);
   EXPECT_LT(packing.sideMm, 12000);
 }
@@ -185,7 +185,7 @@ TEST(Pack, ANeedleGoesIn) {
 TEST(Pack, WithoutAnAreaThereIsNone) {
   const std::vector<Vec2d> places = {{0, 0}, {1, 0}, {2, 0}};
   const std::vector<std::array<uint32_t, 3>> triangles = {{0, 1, 2}};
-  EXPECT_THROW((void)packed({{&places, &triangles}}, 0.01, WorkPart(nullptr)), Error);
+  EXPECT_THROW((void)packed({{&places, &triangles}}, 0.01, 1, WorkPart(nullptr)), Error);
 }
 
 // Sixteen squares fill a square but for what margins take.
@@ -201,7 +201,7 @@ TEST(Pack, SquaresLieSideBySide) {
   }
   std::vector<FlatShape> flat;
   for (const Shape& each : shapes) flat.push_back({&each.places, &each.triangles});
-  EXPECT_GT(packed(flat, 1.0 / 512, WorkPart(nullptr)).covered, 0.85);
+  EXPECT_GT(packed(flat, 1.0 / 512, 1, WorkPart(nullptr)).covered, 0.85);
 }
 
 }  // namespace

@@ -125,10 +125,14 @@ TEST(Unwrap, NothingIsFoldedNorLiesOnAnything) {
 
 TEST(Unwrap, TheSameAgainAndFewerWhereMoreStretchIsAllowed) {
   const QuadMesh mesh = meshes()[2];
-  const UvMap once = unwrapped(mesh, {}, WorkPart(nullptr)), again = unwrapped(mesh, {}, WorkPart(nullptr));
-  EXPECT_EQ(once.places, again.places);
-  EXPECT_EQ(once.corners, again.corners);
-  const auto charts = [&](double stretch) { return chartsOf(mesh, stretch, 1, WorkPart(nullptr)); };
+  const UvMap once = unwrapped(mesh, {.threads = 1}, WorkPart(nullptr));
+  for (const int threads : {1, 2, 5}) {
+    const UvMap again = unwrapped(mesh, {.threads = threads}, WorkPart(nullptr));
+    EXPECT_EQ(once.places, again.places) << threads;
+    EXPECT_EQ(once.corners, again.corners) << threads;
+    EXPECT_EQ(once.mmOfSide, again.mmOfSide) << threads;
+  }
+  const auto charts = [&](double stretch) { return chartsOf(mesh, stretch, 1, 2, WorkPart(nullptr)); };
   const std::vector<Chart> strict = charts(1.002), loose = charts(1.1);
   EXPECT_GT(strict.size(), loose.size());
   for (const Chart& each : strict) EXPECT_LE(each.flat.stretch, 1.002);
@@ -147,12 +151,12 @@ TEST(Unwrap, WhatWouldLieOnItselfIsCut) {
     coil = i == 0 ? rod : combine(coil, rod, Combination::join);
   }
   const QuadMesh mesh = coarseCage(coil, 600, WorkPart(nullptr)).mesh;
-  for (const Chart& chart : chartsOf(mesh, 1.05, 1, WorkPart(nullptr)))
+  for (const Chart& chart : chartsOf(mesh, 1.05, 1, 1, WorkPart(nullptr)))
     EXPECT_FALSE(crossesItself(chart.flat.places, chart.disk.boundary));
 }
 
 TEST(Unwrap, JoiningEndsWhereThereAreFewEnough) {
-  for (const size_t few : {15, 9}) EXPECT_EQ(chartsOf(meshes()[2], 1.05, few, WorkPart(nullptr)).size(), few);
+  for (const size_t few : {15, 9}) EXPECT_EQ(chartsOf(meshes()[2], 1.05, few, 1, WorkPart(nullptr)).size(), few);
 }
 
 TEST(Unwrap, WhatIsOpenOrAPointIsRefusedAndCancelledIsLeft) {
