@@ -242,6 +242,7 @@ FootPoints::Shape FootPoints::shapeAt(const LevelSet& set, const Vec3f& place) {
 }
 
 bool FootPoints::approach(Coord low, float reach) {
+  if (blocks_.empty()) return false;
   corner_ = low.toVec3d().cast<float>();
   const Vec3f middle = corner_ + Vec3f::Constant(kHalfBlock);
   const float centre[3] = {middle.x(), middle.y(), middle.z()};
@@ -257,9 +258,7 @@ bool FootPoints::approach(Coord low, float reach) {
   const auto look = [&](size_t block) {
     if (squares_[block] < best) nearestOf(points, blocks_[block], centre, best, middles_);
   };
-  if (blocks_.empty()) return false;
   look(first);
-  if (middles_ == kNoPoint && squares_[first] >= best) return false;
   for (size_t i = 0; i < blocks_.size(); ++i)
     if (i != first) look(i);
   middlesFar_ = std::sqrt(best);

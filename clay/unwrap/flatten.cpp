@@ -196,8 +196,8 @@ class Flattening {
     double stiffness = 0;
     const int* slot = slots_.data();
     for (size_t t = 0; t < flats_.size(); ++t) {
-      // A turn and a stretch along two directions, the squares of whose weights are what the stretch's own function
-      // gives: no decomposition is needed for a function of a symmetric matrix of two rows.
+      // A turn, then a stretch along two directions, each with a weight (squared) of its own: a function of a symmetric
+      // matrix of two rows, which needs no decomposition.
       const Mat2d j = jacobian(t, places_);
       Mat2d rotation;
       rotation << j(0, 0) + j(1, 1), j(0, 1) - j(1, 0), j(1, 0) - j(0, 1), j(0, 0) + j(1, 1);
@@ -207,7 +207,6 @@ class Flattening {
       const double middle = (stretch(0, 0) + stretch(1, 1)) / 2, half = (stretch(0, 0) - stretch(1, 1)) / 2,
                    apart = std::hypot(half, (stretch(0, 1) + stretch(1, 0)) / 2);
       const double most = weight(middle + apart), least = weight(middle - apart);
-      // `most` and `least` along the two directions.
       Mat2d metric = (most + least) / 2 * Mat2d::Identity();
       if (apart > 1e-12 * middle) metric += (most - least) / 2 / apart * (stretch - middle * Mat2d::Identity());
       const Mat2d turned = metric * rotation;

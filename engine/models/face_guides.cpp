@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <span>
 #include <utility>
 
 namespace argil::engine {
@@ -14,6 +15,7 @@ namespace {
 using Kind = io::ModelFace::Kind;
 
 constexpr double kSameMm = 1e-3, kSameTurn = 1e-9;  // 1 − cosine: 0.003°
+constexpr size_t kMostCounted = 1000;               // each is compared with all before it
 constexpr double kSticksOut = 1.2;                  // a line reaches so much farther than its face
 
 const char* wordOf(Kind kind) {
@@ -89,27 +91,27 @@ FaceGuides::Made FaceGuides::make() const {
   }
   std::stable_sort(moved.begin(), moved.end(),
                    [](const Face& a, const Face& b) { return areaOf(a.face) > areaOf(b.face); });
-  std::vector<Face> kept;
-  size_t found = 0;
-  for (size_t i = 0; i < moved.size(); ++i) {
-    const auto before = moved.begin() + static_cast<std::ptrdiff_t>(i);
-    if (std::any_of(moved.begin(), before, [&](const Face& each) { return same(each.face, before->face); })) continue;
-    ++found;
-    if (kept.size() < kMost) kept.push_back(*before);
+  std::vector<Face> found;
+  for (Face& each : moved) {
+    if (found.size() > kMostCounted) break;
+    if (std::none_of(found.begin(), found.end(), [&](const Face& other) { return same(other.face, each.face); }))
+      found.push_back(std::move(each));
   }
   Made made;
   std::map<std::pair<std::string, Kind>, int> counts;
-  for (const Face& each : kept) {
+  for (const Face& each : std::span(found).first(std::min(found.size(), kMost))) {
     Guide& guide = made.guides.emplace_back(guideOf(each.face));
     const int number = ++counts[{each.object, each.face.kind}];
     guide.name = fmt::format("{}{} {}", each.object.empty() ? "" : each.object + ": ", wordOf(each.face.kind), number);
   }
-  if (kept.empty())
+  const size_t count = made.guides.size();
+  if (count == 0)
     made.note = "It has no plane or round faces, so there are no guides of them.";
-  else if (found > kept.size())
-    made.note = fmt::format("{} guides of its largest faces, of {}.", kept.size(), found);
+  else if (found.size() > count)
+    made.note = fmt::format("{} guides of its largest faces, of {}{}.", count,
+                            found.size() > kMostCounted ? "more than " : "", std::min(found.size(), kMostCounted));
   else
-    made.note = fmt::format("{} guide{} of its faces.", kept.size(), kept.size() == 1 ? "" : "s");
+    made.note = fmt::format("{} guide{} of its faces.", count, count == 1 ? "" : "s");
   return made;
 }
 

@@ -26,7 +26,7 @@ class FaceGuides {
     std::vector<Guide> guides;  ///< World mm; "bracket: plane 1", the largest first.
     std::string note;           ///< A sentence for the person.
   };
-  /// As the places are now. O(faces²) for the few thousand that files have.
+  /// As the places are now. Cost: of the faces, each beside a thousand others at most.
   [[nodiscard]] Made make() const;
 
  private:

@@ -65,6 +65,8 @@ TEST(FaceGuides, ManyAreNotAllShown) {
   EXPECT_EQ(made.note, "24 guides of its largest faces, of 100.");
   EXPECT_NEAR(made.guides.front().pose.translation.z(), 99, 1e-12);
   EXPECT_NEAR(made.guides.back().pose.translation.z(), 76, 1e-12);
+  for (int i = 100; i < 50000; ++i) faces.push_back(face(Kind::plane, {0, 0, double(i)}, {0, 0, 1}, 1 + i, 1));
+  EXPECT_EQ(FaceGuides({objectOf("rack", faces)}).make().note, "24 guides of its largest faces, of more than 1000.");
   EXPECT_THAT(FaceGuides({objectOf("blob", {})}).make().note, HasSubstr("no plane or round faces"));
 }
 
