@@ -16,6 +16,7 @@ using Kind = io::ModelFace::Kind;
 
 constexpr double kSameMm = 1e-3, kSameTurn = 1e-9;  // 1 − cosine: 0.003°
 constexpr size_t kMostCounted = 1000;               // each is compared with all before it
+constexpr double kFarthestMm = 2e6;                 // clay reaches half as far
 constexpr double kSticksOut = 1.2;                  // a line reaches so much farther than its face
 
 const char* wordOf(Kind kind) {
@@ -89,6 +90,7 @@ FaceGuides::Made FaceGuides::make() const {
     face.across = (across - across.dot(face.along) * face.along).normalized();
     face.width *= scale, face.depth *= scale;
   }
+  std::erase_if(moved, [](const Face& each) { return !(each.face.at.cwiseAbs().maxCoeff() < kFarthestMm); });
   std::stable_sort(moved.begin(), moved.end(),
                    [](const Face& a, const Face& b) { return areaOf(a.face) > areaOf(b.face); });
   std::vector<Face> found;

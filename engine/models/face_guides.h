@@ -18,7 +18,6 @@ class FaceGuides {
 
   /// The faces of all objects, in their units.
   explicit FaceGuides(const std::vector<io::ModelObject>& objects);
-  [[nodiscard]] bool empty() const { return faces_.empty(); }
   /// Places to be moved, turned and scaled along with the objects' vertices; no triangles.
   [[nodiscard]] clay::TriangleMesh& places() { return places_; }
 

@@ -67,6 +67,8 @@ TEST(FaceGuides, ManyAreNotAllShown) {
   EXPECT_NEAR(made.guides.back().pose.translation.z(), 76, 1e-12);
   for (int i = 100; i < 50000; ++i) faces.push_back(face(Kind::plane, {0, 0, double(i)}, {0, 0, 1}, 1 + i, 1));
   EXPECT_EQ(FaceGuides({objectOf("rack", faces)}).make().note, "24 guides of its largest faces, of more than 1000.");
+  // What lies where no clay can be gives none.
+  EXPECT_TRUE(FaceGuides({objectOf("far", {face(Kind::plane, {0, 1e9, 0}, {0, 0, 1}, 1, 1)})}).make().guides.empty());
   EXPECT_THAT(FaceGuides({objectOf("blob", {})}).make().note, HasSubstr("no plane or round faces"));
 }
 
