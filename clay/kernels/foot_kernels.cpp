@@ -130,9 +130,8 @@ void BoxSquares(const PointArrays& low, const PointArrays& high, size_t count, c
     return hn::Max(hn::Max(hn::Sub(hn::LoadU(d, from), at), hn::Sub(at, hn::LoadU(d, to))), hn::Zero(d));
   };
   for (size_t i = 0; i < count; i += hn::Lanes(d))
-    hn::StoreU(
-        squareOf(gap(low.x + i, high.x + i, px), gap(low.y + i, high.y + i, py), gap(low.z + i, high.z + i, pz)), d,
-        squares + i);
+    hn::StoreU(squareOf(gap(low.x + i, high.x + i, px), gap(low.y + i, high.y + i, py), gap(low.z + i, high.z + i, pz)),
+               d, squares + i);
 }
 
 // One after the other, so that lanes and a loop over one voxel after the other sum in the same order.
@@ -152,7 +151,8 @@ void DistancesToShapes(const FootShape* shapes, const uint32_t* nearest, const f
       Row field[12];
       const auto quarter = [&](int k) {
         Row(&four)[4] = *reinterpret_cast<Row(*)[4]>(field + 4 * k);
-        loadFours(d, [&](int lane) { return shapes[nearest[voxel + size_t(lane)]].point + 4 * k; }, four);
+        loadFours(
+            d, [&](int lane) { return shapes[nearest[voxel + size_t(lane)]].point + 4 * k; }, four);
       };
       quarter(0), quarter(1), quarter(2);
       const Row pz = hn::Add(hn::Set(d, low[2]), hn::Iota(d, float(z)));
@@ -183,8 +183,8 @@ uint64_t RowsBeyond(const float* phi, const FarField& field) {
   for (int row = 0; row < 64; ++row) {
     bool any = false;
     for (size_t z = 0; z < kBrickEdge; z += hn::Lanes(d))
-      any |= !hn::AllFalse(
-          d, hn::Gt(hn::Mul(side, hn::LoadU(d, phi + static_cast<size_t>(row) * kBrickEdge + z)), level));
+      any |=
+          !hn::AllFalse(d, hn::Gt(hn::Mul(side, hn::LoadU(d, phi + static_cast<size_t>(row) * kBrickEdge + z)), level));
     rows |= uint64_t{any} << row;
   }
   return rows;

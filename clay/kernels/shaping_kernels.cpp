@@ -463,7 +463,8 @@ void Bend(const float (&table)[kBendSteps + 2], float scale, float* values) {
     HWY_ALIGN int32_t places[kBrickEdge];
     hn::Store(at, whole, places);
     Row low, high;
-    loadPairs(d, [&](int lane) { return table + places[lane]; }, low, high);
+    loadPairs(
+        d, [&](int lane) { return table + places[lane]; }, low, high);
     const Row part = hn::Sub(size, hn::ConvertTo(d, at));
     hn::StoreU(hn::CopySign(hn::Add(low, hn::Mul(hn::Sub(high, low), part)), value), d, values + voxel);
   });

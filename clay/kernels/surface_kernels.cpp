@@ -121,7 +121,8 @@ void CellVertices(const float* corners, const uint16_t* cells, int count, bool k
     const float* at[kCellPadding];
     for (int i = 0; i < lanes; ++i) at[i] = corners + kCornerOf[cells[first + i]];
     const auto pair = [&](int offset, Floats& lower, Floats& upper) {
-      loadPairs(d, [&](int lane) { return at[lane] + offset; }, lower, upper);
+      loadPairs(
+          d, [&](int lane) { return at[lane] + offset; }, lower, upper);
     };
     Floats v[8];
     pair(cornerOffset(0, 0, 0), v[0], v[1]);

@@ -6,7 +6,6 @@
 namespace argil::clay {
 
 namespace {
-constexpr float kSameRadius = 1e-4f;  // voxels
 constexpr float kBehind = 1e-4f;
 }  // namespace
 
@@ -109,9 +108,8 @@ void RoundedWedge::fit(const CellView& cell) {
       radius_ = 0;
       return;
     }
-    const bool found = std::abs(next - radius_) < kSameRadius;
+    if (next == radius_) return;
     radius_ = next;
-    if (found) return;
   }
 }
 
