@@ -174,6 +174,8 @@ int run(int argc, char** argv) {
                           "--voxel");
   inspectVerb->add_option("--wall", inspect.wallMm, "With --print: the thinnest wall in mm that is asked for");
   inspectVerb->add_option("--gap", inspect.gapMm, "With --print: the narrowest gap in mm that is asked for");
+  inspectVerb->add_option("--outlet", inspect.outletMm,
+                          "With --print: the narrowest way out of a hollow in mm that is asked for");
   inspectVerb->add_option("--pull", inspect.pull,
                           "Also what is undercut when a mould of two halves comes off along it: best, x, y, z or a "
                           "direction such as 0,0.2,1");

@@ -8,6 +8,7 @@
 #include "bench/bench.h"
 #include "bench/models.h"
 #include "clay/brush/brush.h"
+#include "clay/field/necks.h"
 #include "clay/field/primitives.h"
 #include "clay/mesh/wall_thickness.h"
 #include "clay/mould/best_pull.h"
@@ -62,6 +63,32 @@ void strokes(BenchReport& report, const BenchOptions& options, const BenchModel&
   result.note =
       fmt::format("walls and gaps up to {:g} voxels; the surface itself {:.0f} us", kLimitVoxels, surface_.median());
   report.add(result);
+}
+
+// What it costs to look for ways out that are too narrow: of a solid ball, and of a hollow one with a bore.
+void necks(BenchReport& report, const BenchOptions& options, const BenchModel& model, int threads) {
+  const Grid& grid = model.version.grid();
+  const Vec3d middle(3, 5, 7);
+  const auto store = model.version.store();
+  const double radius = model.radiusVoxels * grid.voxelMm, bore = 0.6 * kLimitVoxels * grid.voxelMm;
+  const Version hollow = combine(
+      combine(model.version, makeSphere(store, grid, middle, 0.8 * radius), Combination::cut),
+      makeRod(store, grid, middle, middle + 2 * radius * Vec3d(0.3, 0.5, 0.8).normalized(), bore, 0), Combination::cut);
+  for (const Version& clay : {model.version, hollow}) {
+    Samples times;
+    std::vector<Neck> found;
+    for (int i = 0; i < kRuns; ++i) {
+      const Stopwatch watch;
+      found = narrowNecks(clay, kLimitVoxels * grid.voxelMm, threads, WorkPart(options.job));
+      times.add(watch.us());
+    }
+    BenchResult result = times.result(fmt::format("print/necks/{}/{}", found.empty() ? "solid" : "hollow", model.name));
+    result.threads = threads;
+    result.note = found.empty() ? fmt::format("balls of radius {:g} voxels", kLimitVoxels)
+                                : fmt::format("a bore of {:g} voxels, measured as {:.3g}", 0.6 * kLimitVoxels,
+                                              found[0].radiusMm / grid.voxelMm);
+    report.add(result);
+  }
 }
 
 // What a mould of two halves costs, and the questions before it.
@@ -133,6 +160,7 @@ void benchPrint(BenchReport& report, const BenchOptions& options) {
         fmt::format("all checks, at each of {:.2f} M vertices", static_cast<double>(surface.vertexCount()) / 1e6);
     report.add(result);
     for (const double radius : {12.0, 50.0}) strokes(report, options, model, radius, threads);
+    necks(report, options, model, threads);
     moulds(report, options, model, threads);
   }
   // Clay that is thin everywhere.

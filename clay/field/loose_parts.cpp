@@ -9,6 +9,7 @@
 #include <numeric>
 #include <unordered_map>
 
+#include "clay/field/brick_parts.h"
 #include "clay/field/settle.h"
 #include "clay/kernels/cell_cases.h"
 #include "clay/store/brick_set.h"
@@ -20,52 +21,15 @@ namespace argil::clay {
 namespace {
 
 constexpr size_t kStepEvery = 2048;  // bricks between two looks at the job
-constexpr uint64_t kLowY = 0xffull, kLowZ = 0x0101010101010101ull;
 constexpr Coord kUnit[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-
-using Mask = std::array<uint64_t, 8>;  // as Brick::inside
-
-// Takes what hangs together with its first voxel out of `left`.
-Mask takeComponent(Mask& left) {
-  Mask m{};
-  for (size_t x = 0; x < 8; ++x)
-    if (left[x] != 0) {
-      m[x] = left[x] & (~left[x] + 1);
-      break;
-    }
-  for (bool grown = true; grown;) {
-    grown = false;
-    for (size_t x = 0; x < 8; ++x) {
-      const uint64_t w = m[x];
-      uint64_t g = w | (w << 8) | (w >> 8) | ((w << 1) & ~kLowZ) | ((w >> 1) & ~(kLowZ << 7));
-      if (x > 0) g |= m[x - 1];
-      if (x < 7) g |= m[x + 1];
-      g &= left[x];
-      grown |= g != w;
-      m[x] = g;
-    }
-  }
-  for (size_t x = 0; x < 8; ++x) left[x] &= ~m[x];
-  return m;
-}
-
-// Whether voxels of a touch voxels of the next brick along an axis.
-bool touch(const Mask& a, const Mask& next, int axis) {
-  if (axis == 0) return (a[7] & next[0]) != 0;
-  for (size_t x = 0; x < 8; ++x)
-    if (axis == 1 ? ((a[x] >> 56) & next[x] & kLowY) != 0 : ((a[x] >> 7) & kLowZ & next[x]) != 0) return true;
-  return false;
-}
 
 // What stands one step higher in z (in y) at each voxel of a plane, which ends in `next`.
 uint64_t higherZ(uint64_t plane, uint64_t next) {
-  return ((plane >> 1) & ~(kLowZ << 7)) | ((next & kLowZ) << 7);
+  return ((plane >> 1) & ~(kLowestZ << 7)) | ((next & kLowestZ) << 7);
 }
 uint64_t higherY(uint64_t plane, uint64_t next) {
   return (plane >> 8) | (next << 56);
 }
-
-constexpr Mask kFull{~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull};
 
 class Components {
  public:
@@ -73,7 +37,7 @@ class Components {
     Coord first;  // brick coordinate
     int level;    // of a tile; 0 for one brick
     bool isTile;
-    Mask mask;
+    BrickMask mask;
   };
 
   /// Of the voxels inside (or outside) of a version.
@@ -156,7 +120,7 @@ class Components {
       if (place.tile() != side_ && place.level() < kTreeLevels) return;
       if (place.tile() != side_) return;
       tiles_.emplace(key(place.first(), place.level()), static_cast<uint32_t>(pieces_.size()));
-      pieces_.push_back({place.first(), place.level(), true, kFull});
+      pieces_.push_back({place.first(), place.level(), true, kFullMask});
       return;
     }
     if (place.isNode()) {
@@ -164,7 +128,7 @@ class Components {
       return;
     }
     const Brick& brick = *place.brick();
-    Mask left;
+    BrickMask left;
     for (size_t x = 0; x < 8; ++x) left[x] = side_ == Tile::inside ? brick.inside[x] : ~brick.inside[x];
     bricks_.emplace(key(brick.coord, 0), static_cast<uint32_t>(pieces_.size()));
     brickCoords_.push_back(brick.coord);
@@ -207,7 +171,7 @@ class Components {
       for (const Coord next : {up, down}) {
         const uint32_t tile = tileAt(next, piece.level);
         if (tile == UINT32_MAX) continue;
-        if (piece.isTile || (next == up ? touch(piece.mask, kFull, axis) : touch(kFull, piece.mask, axis)))
+        if (piece.isTile || (next == up ? touch(piece.mask, kFullMask, axis) : touch(kFullMask, piece.mask, axis)))
           unite(i, tile);
       }
       if (piece.isTile) continue;
@@ -221,7 +185,7 @@ class Components {
   // Where the signs alternate around a face of four voxels the surface goes between those inside, and those outside are
   // one, except for a folded face (cell_cases.h): there it is the other way.
   void joinAcrossFaces(Coord brick) {
-    std::array<Mask, 8> at;  // of the brick and those one step higher: x·4 + y·2 + z
+    std::array<BrickMask, 8> at;  // of the brick and those one step higher: x·4 + y·2 + z
     for (int i = 0; i < 8; ++i) at[static_cast<size_t>(i)] = maskAt(brick + Coord{i >> 2, (i >> 1) & 1, i & 1});
     std::array<uint64_t, 9> plane, z, y, yz;
     for (size_t x = 0; x <= 8; ++x) {
@@ -272,10 +236,10 @@ class Components {
     return (maskAt(brickOf(voxel))[size_t(voxel.x & 7)] >> (((voxel.y & 7) << 3) | (voxel.z & 7))) & 1;
   }
   // Of this side's voxels.
-  [[nodiscard]] Mask maskAt(Coord brick) const {
-    Mask all{};
+  [[nodiscard]] BrickMask maskAt(Coord brick) const {
+    BrickMask all{};
     const auto at = bricks_.find(key(brick, 0));
-    if (at == bricks_.end()) return tileAt(brick, 0) == UINT32_MAX ? all : kFull;
+    if (at == bricks_.end()) return tileAt(brick, 0) == UINT32_MAX ? all : kFullMask;
     for (uint32_t k = at->second; k < pieces_.size() && !pieces_[k].isTile && pieces_[k].first == brick; ++k)
       for (size_t x = 0; x < 8; ++x) all[x] |= pieces_[k].mask[x];
     return all;

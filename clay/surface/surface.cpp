@@ -289,12 +289,19 @@ void Surface::State::follow(std::vector<RegionTask> tasks, bool whole, int threa
     }
     std::sort(task.before.begin(), task.before.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
     for (auto& [index, held] : task.before) {
+      const HeldPtr& there = task.lower[0]->held[static_cast<size_t>(index)];
       replaced->bytes += held ? bytesOf(*held) : 0;
+      replaced->bytesThere += there ? bytesOf(*there) : 0;
       replaced->meshes.emplace_back(task.region * 8 + Coord{index >> 6, index >> 3 & 7, index & 7}, std::move(held));
     }
     vertexCount += static_cast<uint64_t>(task.vertices);
     quadCount += static_cast<uint64_t>(task.quads);
     bricksThatReadBeyond += static_cast<uint64_t>(task.readBeyond);
+    if (replaced) {
+      replaced->vertices -= task.vertices;
+      replaced->quads -= task.quads;
+      replaced->readBeyond -= task.readBeyond;
+    }
     task.lower[0]->changed = {};
     if (task.lower[0]->count == 0) regions.erase(task.region);
   }
@@ -338,7 +345,7 @@ void Surface::State::extract(const Version& next, int threads, bool keepBefore, 
     follow(tasks.finish(), whole, threads, delta, nullptr);
     return;
   }
-  ReplacedMeshes replaced{next.id(), before.id(), {}, 0};
+  ReplacedMeshes replaced{.from = next.id(), .to = before.id()};
   follow(tasks.finish(), whole, threads, delta, &replaced);
   keep(std::move(replaced), kBytesOfQuad * std::max(quads, quadCount));
   delta.keepsBefore = findKept(before) != kept.end();

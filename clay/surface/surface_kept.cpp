@@ -18,18 +18,15 @@ std::vector<ReplacedMeshes>::iterator Surface::State::findKept(const Version& ne
 }
 
 void Surface::State::swap(ReplacedMeshes& replaced, SurfaceDelta& delta) {
+  constexpr size_t kAhead = 8;
   Coord last{INT32_MIN, 0, 0};
   SurfaceRegion* in = nullptr;
   std::vector<Coord> empty;
-  const auto count = [&](const HeldMesh& held, int64_t sign) {
-    in->count += static_cast<int>(sign);
-    vertexCount += static_cast<uint64_t>(sign * held.table.vertices);
-    quadCount += static_cast<uint64_t>(sign * static_cast<int64_t>(held.quads.size()));
-    bricksThatReadBeyond += static_cast<uint64_t>(sign * held.table.readsBeyond);
-  };
-  replaced.bytes = 0;
   delta.changed.reserve(replaced.meshes.size());
-  for (auto& [brick, mesh] : replaced.meshes) {
+  for (size_t i = 0; i < replaced.meshes.size(); ++i) {
+    // Handing a mesh out counts it, which is all that is done with it.
+    if (i + kAhead < replaced.meshes.size()) __builtin_prefetch(replaced.meshes[i + kAhead].second.get(), 1);
+    auto& [brick, mesh] = replaced.meshes[i];
     if (brick >> 3 != last || !in) {
       if (in && in->count == 0) empty.push_back(last);
       last = brick >> 3;
@@ -38,13 +35,9 @@ void Surface::State::swap(ReplacedMeshes& replaced, SurfaceDelta& delta) {
       in = region.get();
     }
     HeldPtr& held = in->held.at(static_cast<size_t>(Brick::offset(brick.x & 7, brick.y & 7, brick.z & 7)));
+    in->count += (mesh ? 1 : 0) - (held ? 1 : 0);
     std::swap(held, mesh);
-    if (mesh) {
-      count(*mesh, -1);
-      replaced.bytes += bytesOf(*mesh);
-    }
     if (held) {
-      count(*held, 1);
       delta.changed.push_back(held);
       continue;
     }
@@ -55,6 +48,13 @@ void Surface::State::swap(ReplacedMeshes& replaced, SurfaceDelta& delta) {
   }
   if (in && in->count == 0) empty.push_back(last);
   for (const Coord region : empty) regions.erase(region);
+  vertexCount += static_cast<uint64_t>(replaced.vertices);
+  quadCount += static_cast<uint64_t>(replaced.quads);
+  bricksThatReadBeyond += static_cast<uint64_t>(replaced.readBeyond);
+  replaced.vertices = -replaced.vertices;
+  replaced.quads = -replaced.quads;
+  replaced.readBeyond = -replaced.readBeyond;
+  std::swap(replaced.bytes, replaced.bytesThere);
   std::swap(replaced.from, replaced.to);
 }
 

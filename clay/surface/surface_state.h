@@ -76,8 +76,10 @@ struct RegionTask {
 // What update() from one version to another replaces, both ways.
 struct ReplacedMeshes {
   uint64_t from = 0, to = 0;  // versions' ids
-  std::vector<std::pair<Coord, HeldPtr>> meshes;
-  uint64_t bytes = 0;
+  std::vector<std::pair<Coord, HeldPtr>> meshes = {};
+  uint64_t bytes = 0, bytesThere = 0;  // of these meshes, and of those that stand in their places
+  // What comes on top when both change places: known, so that no mesh is looked at for it.
+  int64_t vertices = 0, quads = 0, readBeyond = 0;
 };
 
 inline constexpr uint64_t kBytesOfQuad = 32;  // with its vertex and its part of the head

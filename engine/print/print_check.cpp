@@ -18,16 +18,29 @@ namespace {
 
 // Limits as print services and makers of machines give them for a part of a hand's size.
 const std::array<PrintProcess, kPrintProcesses> kProcesses{{
-    {"sla", "resin (SLA)", 1, 0.5, 20, true, true, {145, 145, 185}},
-    {"fdm", "filament (FDM)", 0.8, 0.4, 45, true, false, {250, 210, 210}},
-    {"sls", "powder (SLS)", 0.8, 0.6, 0, false, true, {300, 300, 300}},
-    {"metal", "metal powder (SLM)", 0.5, 0.4, 45, true, true, {250, 250, 300}},
-    {"casting", "wax for casting", 0.6, 0.4, 20, true, true, {120, 68, 150}},
+    {"sla", "resin (SLA)", 1, 0.5, 20, true, true, 2, {145, 145, 185}},
+    {"fdm", "filament (FDM)", 0.8, 0.4, 45, true, false, 0, {250, 210, 210}},
+    {"sls", "powder (SLS)", 0.8, 0.6, 0, false, true, 2, {300, 300, 300}},
+    {"metal", "metal powder (SLM)", 0.5, 0.4, 45, true, true, 3, {250, 250, 300}},
+    {"casting", "wax for casting", 0.6, 0.4, 20, true, true, 2, {120, 68, 150}},
 }};
 
 constexpr double kBedVoxels = 3;  // from the lowest place: what stands on the bed
 constexpr double kMostVoxels = 256;
 constexpr int kThreads = 2;
+// Radii of ways out beyond these are looked for in clay that is resampled, since what they cost is their cube.
+constexpr double kMostOutletVoxels = 24, kResampledTo = 16;
+
+std::vector<clay::Neck> necksOf(const clay::Version& version, double outletMm, const clay::WorkPart& part) {
+  const double radius = outletMm / 2;
+  if (radius == 0) return {};
+  clay::Grid grid = version.grid();
+  if (radius <= kMostOutletVoxels * grid.voxelMm) return clay::narrowNecks(version, radius, kThreads, part);
+  grid.voxelMm = radius / kResampledTo;
+  const clay::Version coarse =
+      clay::resample(version, grid, Eigen::Isometry3d::Identity(), kThreads, part.part(0, 0.5));
+  return clay::narrowNecks(coarse, radius, kThreads, part.part(0.5, 1));
+}
 
 }  // namespace
 
@@ -48,6 +61,7 @@ PrintProcess printProcess(const PrintWish& wish) {
   PrintProcess process = printProcess(wish.process);
   process.wallMm = wish.wallMm.value_or(process.wallMm);
   process.gapMm = wish.gapMm.value_or(process.gapMm);
+  process.outletMm = wish.outletMm.value_or(process.outletMm);
   return process;
 }
 
@@ -55,7 +69,8 @@ int PrintReport::troubles(const PrintProcess& process) const {
   const auto closed =
       std::any_of(slices.traps.begin(), slices.traps.end(), [](const clay::Trap& trap) { return trap.closed; });
   return !walls.parts.empty() + !gaps.parts.empty() + !fits + (process.needsSupport && overhangMm2 > 0) +
-         (process.needsSupport && !slices.islands.empty()) + (closed || (process.holdsLiquid && !slices.traps.empty()));
+         (process.needsSupport && !slices.islands.empty()) +
+         (closed || (process.holdsLiquid && !slices.traps.empty())) + !necks.empty();
 }
 
 PrintReport checkPrint(const clay::Version& version, const haptics::Pose& pose, const PrintProcess& process, Job* job) {
@@ -71,13 +86,13 @@ PrintReport checkPrint(const clay::Version& version, const haptics::Pose& pose, 
   {
     const clay::SurfaceDelta delta = surface.update(version, kThreads);
     if (surface.quadCount() == 0) throw Error("it has no clay");
-    map.follow(delta, kThreads, part.part(0.2, 0.4));
+    map.follow(delta, kThreads, part.part(0.1, 0.3));
   }
-  part.step(0.4);
+  part.step(0.3);
   PrintReport report;
   report.walls = thinParts(surface, map, clay::SideOf::wall, process.wallMm);
   report.gaps = thinParts(surface, map, clay::SideOf::gap, process.gapMm);
-  part.step(0.5);
+  part.step(0.35);
   const auto toWorld = [&](const Vec3d& p) { return Vec3d(pose.rotation * p + pose.translation); };
 
   Vec3d low = Vec3d::Constant(INFINITY), high = -low;
@@ -104,17 +119,20 @@ PrintReport checkPrint(const clay::Version& version, const haptics::Pose& pose, 
       }
     });
   });
-  part.step(0.6);
+  part.step(0.4);
 
   clay::Version layers = version;
   if (pose.rotation.angularDistance(Eigen::Quaterniond::Identity()) > 1e-9) {
     Eigen::Isometry3d turn = Eigen::Isometry3d::Identity();
     turn.linear() = pose.rotation.toRotationMatrix();
-    layers = clay::resample(version, grid, turn, 0, part.part(0.6, 0.9));
+    layers = clay::resample(version, grid, turn, 0, part.part(0.4, 0.6));
   }
-  report.slices = clay::sweepSlices(layers, part.part(0.9, 1));
+  report.slices = clay::sweepSlices(layers, part.part(0.6, 0.7));
   for (clay::Island& island : report.slices.islands) island.at += pose.translation;
   for (clay::Trap& trap : report.slices.traps) trap.at += pose.translation, trap.spillsMm += pose.translation.z();
+
+  report.necks = necksOf(version, process.outletMm, part.part(0.7, 1));
+  for (clay::Neck& neck : report.necks) neck.atMm = toWorld(neck.atMm), neck.hollowMm = toWorld(neck.hollowMm);
 
   report.lowMm = low;
   report.highMm = high;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "clay/base/job.h"
+#include "clay/field/necks.h"
 #include "clay/field/slice_sweep.h"
 #include "clay/store/version.h"
 #include "clay/surface/wall_map.h"
@@ -24,6 +25,7 @@ struct PrintProcess {
   double overhangDegrees = 45;  ///< From the horizontal: faces that look down and are flatter need supports.
   bool needsSupport = true;     ///< Overhangs and islands count.
   bool holdsLiquid = true;      ///< Traps count, closed ones in any process: what is in there stays in there.
+  double outletMm = 0;          ///< What is in a hollow does not leave it by narrower ways; 0: not looked for.
   Vec3d bedMm = {250, 210, 210};
 };
 inline constexpr size_t kPrintProcesses = 5;
@@ -35,7 +37,7 @@ inline constexpr double kLeastPrintLimitMm = 0.001, kMostPrintLimitMm = 1000;
 /// A process by its id, with limits of one's own.
 struct PrintWish {
   std::string process;
-  std::optional<double> wallMm, gapMm;  ///< kLeastPrintLimitMm to kMostPrintLimitMm.
+  std::optional<double> wallMm, gapMm, outletMm;  ///< kLeastPrintLimitMm to kMostPrintLimitMm.
   friend bool operator==(const PrintWish&, const PrintWish&) = default;
 };
 /// Throws Error for a process that there is none of.
@@ -47,13 +49,15 @@ struct PrintReport {
   clay::ThinParts walls, gaps;                          ///< Beyond the limits of the process.
   double overhangMm2 = 0;  ///< Area that looks down and is flatter than the limit, without what stands on the bed.
   clay::SliceReport slices;
+  std::vector<clay::Neck> necks;  ///< Of hollows whose ways out are narrower than the limit, the narrowest first.
   /// How many kinds of trouble there are.
   [[nodiscard]] int troubles(const PrintProcess& process) const;
 };
 
 /// Looks at a piece as it stands, +z up. Layers of a piece that is turned are those of a resampled one. Places are in
 /// the world. `job` may be null. Throws Cancelled; Error for a piece without clay, and for limits of more than 256
-/// voxels. Cost follows the surface: about 0.2 s for a million triangles on two threads.
+/// voxels. Cost follows the surface: about 0.2 s for a million triangles on two threads,
+/// and as much for ways out.
 [[nodiscard]] PrintReport checkPrint(const clay::Version& version, const haptics::Pose& pose,
                                      const PrintProcess& process, Job* job);
 

@@ -125,11 +125,12 @@ void readSetup(const Place& item, Script& script) {
 // Limits of a wish, or of one that is not to be changed, by their keys.
 template <class Wish>
 auto printLimits(Wish& wish) {
-  return std::array{std::pair("wall_mm", &wish.wallMm), std::pair("gap_mm", &wish.gapMm)};
+  return std::array{std::pair("wall_mm", &wish.wallMm), std::pair("gap_mm", &wish.gapMm),
+                    std::pair("outlet_mm", &wish.outletMm)};
 }
 
 PrintWish readPrint(const Place& place) {
-  place.keys({"process", "wall_mm", "gap_mm"});
+  place.keys({"process", "wall_mm", "gap_mm", "outlet_mm"});
   PrintWish wish;
   const Place process = place.at("process");
   wish.process = process.text();

@@ -26,6 +26,8 @@ constexpr std::array kFields{
     ScriptField{"print", "process", "name of a way to print", "With its limits; see below. Needed."},
     ScriptField{"print", "wall_mm", "0.001 to 1000", "The thinnest wall. Left out: that of the process."},
     ScriptField{"print", "gap_mm", "0.001 to 1000", "The narrowest gap. Left out: that of the process."},
+    ScriptField{"print", "outlet_mm", "0.001 to 1000",
+                "The narrowest way out of a hollow. Left out: that of the process."},
     ScriptField{"setup", "voxel_mm", "0.001 to 1000",
                 "Edge of a voxel. Left out: 0.5, or 256 voxels along the longest side of an import."},
     ScriptField{"setup", "bits", "16 or 32", "Of a voxel's distance; 16 takes half the memory. Left out: 32."},
@@ -199,10 +201,11 @@ A groove, a ridge laid onto the clay, and the whole smoothed:
   page += "\n`print`:\n";
   fields(page, "print");
   page +=
-      "\nWays to print, as `argil inspect --print` knows them:\n\n| name | | walls, mm | gaps, mm "
-      "|\n|---|---|---|---|\n";
+      "\nWays to print, as `argil inspect --print` knows them:\n\n| name | | walls, mm | gaps, mm | "
+      "ways out, mm |\n|---|---|---|---|---|\n";
   for (const PrintProcess& each : printProcesses())
-    page += fmt::format("| `{}` | {} | {:g} | {:g} |\n", each.id, each.name, each.wallMm, each.gapMm);
+    page += fmt::format("| `{}` | {} | {:g} | {:g} | {} |\n", each.id, each.name, each.wallMm, each.gapMm,
+                        each.outletMm > 0 ? fmt::format("{:g}", each.outletMm) : "–");
   page += "\n## Setup\n";
   fields(page, "setup");
   page += "\n`block`:\n";

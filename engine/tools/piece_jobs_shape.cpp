@@ -236,6 +236,7 @@ const std::array kRows{
         .group = "Shape",
         .parameters = kOffset,
         .run = offset,
+        .growsMm = [](const PieceArguments& a) { return a.get<OffsetValues>().distanceMm; },
     },
     PieceJob{
         .id = "shell",
@@ -245,6 +246,7 @@ const std::array kRows{
         .group = "Shape",
         .parameters = kShell,
         .run = shell,
+        .growsMm = [](const PieceArguments& a) { return a.get<ShellValues>().outerMm; },
     },
     PieceJob{
         .id = "smooth-all",

@@ -28,6 +28,7 @@ struct Model::Local {
   Vec3d eye, forward;
   std::vector<std::pair<Vec3d, Vec3d>> eyes;
   double reach = 0, detail = 0;  // largest group of cells, at distance 1 in perspective
+  double grown = 0;              // what is drawn may stand so far out of its chunk
   bool perspective = true, backsSeen = false;
 
   Local(const Sight& sight, const PieceLook& look, double scaleMm, const Vec3d& originMm) {
@@ -42,19 +43,21 @@ struct Model::Local {
     detail = sight.detailPixels * sight.mmPerPixel / (sight.perspective ? 1 : scaleMm);
     perspective = sight.perspective;
     backsSeen = sight.backsSeen;
+    grown = std::abs(look.grownMm) / scaleMm;
   }
 
   [[nodiscard]] bool outside(const Vec3d& min, const Vec3d& max) const {
     return std::any_of(sides.begin(), sides.end(), [&](const Side& side) {
       // The corner that lies farthest inwards.
       const Vec3d corner = (side.normal.array() > 0).select(min, max);
-      return side.normal.dot(corner - eye) > side.offset;
+      return side.normal.dot(corner - eye) > side.offset + grown * side.normal.norm();
     });
   }
   /// The coarsest level whose groups of cells are small enough at the nearest point of a chunk.
   [[nodiscard]] int level(const ChunkDraw& draw) const {
     const Vec3d half = 0.5 * (draw.max - draw.min);
-    const double nearest = perspective ? forward.dot(draw.min + half - eye) - forward.cwiseAbs().dot(half) - reach : 1;
+    const double nearest =
+        perspective ? forward.dot(draw.min + half - eye) - forward.cwiseAbs().dot(half) - reach - grown : 1;
     const double group = detail * nearest;
     int level = kLevels - 1;
     while (level > 0 && group < kGroupCells[size_t(level)]) --level;
@@ -64,7 +67,8 @@ struct Model::Local {
     if (backsSeen) return false;
     const Vec3d half = 0.5 * (draw.max - draw.min);
     return std::all_of(eyes.begin(), eyes.end(), [&](const auto& e) {
-      return perspective ? draw.cone.facesAway(draw.min + half, half.norm(), e.first) : draw.cone.facesAway(e.second);
+      return perspective ? draw.cone.facesAway(draw.min + half, half.norm() + grown, e.first)
+                         : draw.cone.facesAway(e.second);
     });
   }
 };
@@ -170,6 +174,7 @@ PieceConstants Model::constants(const Piece& piece, const PieceLook& look, const
     c.anchorRel[i] = float(rel[i]);
   }
   c.unit = float(unit);
+  c.grown = piece.clay ? float(look.grownMm) : 0;
   for (int i = 0; i < 4; ++i) c.rotation[i] = float(turn.coeffs()[i]);
   c.surface = surfaceOf(look, piece.part != nullptr);
   return c;

@@ -315,7 +315,7 @@ VkPipeline makePipeline(Gpu& gpu, VkPipelineLayout layout, const Recipe& recipe,
     binding.stride = sizeof(SurfaceVertex);
     attributes[0] = {0, 0, VK_FORMAT_R32G32B32_SINT, offsetof(SurfaceVertex, x)};
     attributes[1] = {1, 0, VK_FORMAT_R16G16_SNORM, offsetof(SurfaceVertex, normal)};
-    attributeCount = recipe.vertices == Vertices::clay ? 3 : 1;
+    attributeCount = recipe.vertices == Vertices::clay ? 3 : 2;
     if (recipe.vertices == Vertices::clay) {
       attributes[2] = {2, 1, VK_FORMAT_R8G8B8A8_UNORM, 0};
       bindingCount = 2;

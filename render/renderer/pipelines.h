@@ -24,7 +24,7 @@ struct PieceConstants {
   int32_t anchor[3];
   float unit;
   float anchorRel[3];
-  float unused;
+  float grown;  ///< mm.
   float rotation[4];
   std::array<float, 4> surface;  ///< surfaceOf().
 };

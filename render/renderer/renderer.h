@@ -33,8 +33,12 @@ struct PieceLook {
   Colour colour{0.80f, 0.62f, 0.50f, 1};  ///< Alpha is ignored.
   float roughness = 0.6f, gloss = 0.3f;   ///< 0 to 1: Shading::material.
   bool visible = true;
-  bool dimmed = false;             ///< Paler: locked or not the one that is worked on.
-  bool hideMasked = false;         ///< Clay whose mask is above half is not drawn.
+  bool dimmed = false;      ///< Paler: locked or not the one that is worked on.
+  bool hideMasked = false;  ///< Clay whose mask is above half is not drawn.
+  /// Clay is drawn thicker by this, thinner where negative: its vertices move along their normals, on the device. What
+  /// an offset would come to, but where it meets itself; edges are not rounded. Up to what is finite; pick() knows
+  /// nothing of it.
+  double grownMm = 0;
   MaterialColours materials = {};  ///< Under what is painted.
 };
 

@@ -4,6 +4,7 @@ layout(push_constant) uniform Piece {
   ivec3 anchor;     // in units
   float unit;       // mm a unit
   vec3 anchorRel;   // the anchor in mm, relative to the eye, along the world's axes
+  float grown;      // mm along the normals: a preview of what is thicker or thinner
   vec4 rotation;    // unit quaternion, piece to world
   vec4 surface;     // as clay.frag reads it
 } piece;
@@ -11,4 +12,8 @@ layout(push_constant) uniform Piece {
 vec3 turned(vec3 v) {
   return v + 2.0 * cross(piece.rotation.xyz, cross(piece.rotation.xyz, v) + piece.rotation.w * v);
 }
-vec3 piecePosition(ivec3 position) { return turned(vec3(position - piece.anchor) * piece.unit) + piece.anchorRel; }
+vec3 piecePosition(ivec3 position, vec2 normal) {
+  vec3 p = vec3(position - piece.anchor) * piece.unit;
+  if (piece.grown != 0.0) p += piece.grown * unpackOctahedral(normal);
+  return turned(p) + piece.anchorRel;
+}

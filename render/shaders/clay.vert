@@ -14,7 +14,7 @@ layout(location = 4) out float onCrease;     // the lowest bit of PackedNormal::
 layout(location = 5) out vec3 viewPosition;  // as viewNormal
 
 void main() {
-  vec3 rel = piecePosition(position);
+  vec3 rel = piecePosition(position, normal);
   onCrease = float(int(round(normal.y * 32767.0)) & 1);
   viewNormal = (1.0 - onCrease) * toMiddle(turned(unpackOctahedral(normal)));
   viewPosition = toMiddle(rel);

@@ -53,6 +53,10 @@ SurfaceLayout::Exchange SurfaceLayout::exchangeKept(const clay::SurfaceDelta& de
     }
     Group& group = groups.back();
     group.end = i + 1;
+    if (kept && i + kAhead / 2 < delta.changed.size()) {
+      const Coord ahead = delta.changed[i + kAhead / 2]->brick;
+      if (ahead >> kChunkBits == group.chunk) __builtin_prefetch(kept->bricks[placeOf(ahead)].get());
+    }
     const size_t place = placeOf(mesh.brick);
     if (live && live->bricks[place]) ++group.replaced;
     if (mesh.positions.empty() && mesh.quads.empty()) continue;

@@ -42,7 +42,7 @@ nlohmann::ordered_json wallsJson(const clay::ThinParts& walls, double limit) {
 
 std::optional<engine::PrintProcess> printOf(const InspectOptions& options) {
   if (options.print.empty()) {
-    if (options.wallMm || options.gapMm) throw Error("--wall and --gap go with --print");
+    if (options.wallMm || options.gapMm || options.outletMm) throw Error("--wall, --gap and --outlet go with --print");
     return std::nullopt;
   }
   engine::PrintProcess process = engine::printProcess(options.print);
@@ -53,6 +53,7 @@ std::optional<engine::PrintProcess> printOf(const InspectOptions& options) {
   };
   take("--wall", options.wallMm, process.wallMm);
   take("--gap", options.gapMm, process.gapMm);
+  take("--outlet", options.outletMm, process.outletMm);
   return process;
 }
 
@@ -83,6 +84,17 @@ void sayPrint(const engine::PrintProcess& process, const engine::PrintReport& re
     fmt::print("              {:.4g} mm³ from {} up{}\n", trap.volumeMm3, at(trap.at),
                trap.closed ? ", closed" : fmt::format(" to z = {:.1f}", trap.spillsMm));
   }
+  if (process.outletMm > 0) {
+    if (report.necks.empty())
+      fmt::print("  ways out    no hollow opens by less than {:g} mm\n", process.outletMm);
+    else
+      fmt::print("  ways out    {} hollow{} by less than {:g} mm\n", report.necks.size(),
+                 report.necks.size() == 1 ? " opens" : "s open", process.outletMm);
+    for (size_t i = 0; i < std::min(kMostPlaces, report.necks.size()); ++i) {
+      const clay::Neck& neck = report.necks[i];
+      fmt::print("              {:.2g} mm at {}, from {}\n", 2 * neck.radiusMm, at(neck.atMm), at(neck.hollowMm));
+    }
+  }
   const Vec3d& bed = process.bedMm;
   fmt::print("  bed         it {} on {:g} × {:g} × {:g} mm\n", report.fits ? "fits" : "does not fit", bed.x(), bed.y(),
              bed.z());
@@ -99,6 +111,7 @@ nlohmann::ordered_json printJson(const engine::PrintProcess& process, const engi
                               {"fits", report.fits},
                               {"islands", nlohmann::ordered_json::array()},
                               {"traps", nlohmann::ordered_json::array()},
+                              {"necks", nlohmann::ordered_json::array()},
                               {"troubles", report.troubles(process)}};
   for (const clay::Island& island : report.slices.islands)
     json["islands"].push_back({{"at_mm", {island.at.x(), island.at.y(), island.at.z()}}, {"alone_mm", island.aloneMm}});
@@ -107,6 +120,10 @@ nlohmann::ordered_json printJson(const engine::PrintProcess& process, const engi
                              {"volume_mm3", trap.volumeMm3},
                              {"closed", trap.closed},
                              {"spills_mm", trap.spillsMm}});
+  for (const clay::Neck& neck : report.necks)
+    json["necks"].push_back({{"at_mm", {neck.atMm.x(), neck.atMm.y(), neck.atMm.z()}},
+                             {"wide_mm", 2 * neck.radiusMm},
+                             {"hollow_mm", {neck.hollowMm.x(), neck.hollowMm.y(), neck.hollowMm.z()}}});
   return json;
 }
 

@@ -67,7 +67,7 @@ struct InspectOptions {
   bool cost = false;              ///< Of a model what it would cost as clay, of a document what it takes of memory.
   /// A way to print (engine/print/print_check.h): also what stands in its way. Empty: none.
   std::string print;
-  std::optional<double> wallMm, gapMm;  ///< In place of its own limits.
+  std::optional<double> wallMm, gapMm, outletMm;  ///< In place of its own limits.
   /// Also what a mould of two halves has against it: "best", an axis or "x,y,z". Empty: nothing.
   std::string pull;
   std::optional<double> draftDegrees;  ///< 2 when left out.

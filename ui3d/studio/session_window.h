@@ -179,6 +179,7 @@ class SessionWindow {
   engine::SurfaceChanges waiting_;           // Taken, not yet sent.
   std::vector<std::pair<engine::Id, std::shared_ptr<const clay::TriangleMesh>>> partsWaiting_;
   engine::DocumentPtr placedFor_;
+  std::optional<GrownPiece> placedGrown_;
   render::UiFrame panelsFrame_;
   uint64_t shotShown_ = 0, panelsShown_ = 0;
   bool stillShown_ = false;

@@ -30,7 +30,7 @@ constexpr double kAgainS = 1;  // After a picture failed.
 bool same(const render::PieceLook& a, const render::PieceLook& b) {
   return a.rotation.coeffs() == b.rotation.coeffs() && a.translationMm == b.translationMm && a.colour.r == b.colour.r &&
          a.colour.g == b.colour.g && a.colour.b == b.colour.b && a.visible == b.visible && a.dimmed == b.dimmed &&
-         a.hideMasked == b.hideMasked && a.materials == b.materials;
+         a.hideMasked == b.hideMasked && a.materials == b.materials && a.grownMm == b.grownMm;
 }
 
 template <class Thing>
@@ -125,7 +125,16 @@ void SessionWindow::sendFont() {
 void SessionWindow::takeSurfaces() {
   engine::SurfaceChanges changes = bench_.takeSurfaces();
   if (!changes.pieces.empty()) changed();
-  for (engine::SurfaceChange& change : changes.pieces) waiting_.pieces.push_back(std::move(change));
+  for (engine::SurfaceChange& change : changes.pieces) {
+    if (state_.growing && state_.growing->piece == change.piece) {
+      // Here is what was shown before it was there.
+      if (state_.grown == state_.growing) state_.grown.reset();
+      state_.growing.reset();
+      if (const auto look = placed_.find(change.piece); change.whole && look != placed_.end() && !state_.grown)
+        look->second.grownMm = 0;  // placed with that surface, in the same picture
+    }
+    waiting_.pieces.push_back(std::move(change));
+  }
   if (changes.oldestSampleNs && !waiting_.oldestSampleNs) waiting_.oldestSampleNs = changes.oldestSampleNs;
 }
 
@@ -133,8 +142,9 @@ void SessionWindow::takeSurfaces() {
 void SessionWindow::follow() {
   takeSurfaces();
   followPreview();
-  if (placedFor_ == now_->document) return;
+  if (placedFor_ == now_->document && placedGrown_ == state_.grown) return;
   placedFor_ = now_->document;
+  placedGrown_ = state_.grown;
   shotShown_ = 0;  // Places and looks are no part of the shot.
   const engine::Document& document = *now_->document;
   std::map<engine::Id, render::PieceLook> wanted;
@@ -143,6 +153,7 @@ void SessionWindow::follow() {
     wanted[piece.id].hideMasked = piece.hideMasked;
     wanted[piece.id].materials = engine::materialColours(piece);
     wanted[piece.id].dimmed |= document.pieces.size() > 1 && piece.id != document.active;
+    if (state_.grown && state_.grown->piece == piece.id) wanted[piece.id].grownMm = state_.grown->mm;
   }
   for (const engine::Part& part : document.parts) {
     wanted[part.id] = lookOf(part);

@@ -100,6 +100,20 @@ TEST_F(PrintCheck, AScriptAsksForIt) {
     EXPECT_EQ(print[1]["name"], "Post");
     EXPECT_EQ(print[1]["print"]["walls"]["parts"].size(), 0u);
   }
+  // Ways out of hollows, by their own limit.
+  std::ofstream(script)
+      << R"({"argil": 1, "units": "mm", "setup": [{"voxel_mm": 0.25}, {"block": {"size_mm": [16, 16, 16]}}], "strokes": [
+    {"operation": "shell", "inner_mm": 3, "outer_mm": 0},
+    {"operation": "cylinder", "radius_mm": 0.8, "height_mm": 10, "round_mm": 0, "centre_mm": [0, 0, -8], "name": "Bore"},
+    {"operation": "cut", "pieces": ["Clay", "Bore"]}], "print": {"process": "sls", "outlet_mm": 1.8}})";
+  const Outcome bored = argil({"sculpt", script, "-o", clay});
+  ASSERT_EQ(bored.code, 0) << bored.err;
+  EXPECT_NE(bored.out.find("ways out    1 hollow opens by less than 1.8 mm"), std::string::npos) << bored.out;
+  EXPECT_EQ(json::parse(argil({"inspect", clay, "--print", "sls", "--json"}).out)["pieces"][0]["print"]["necks"].size(),
+            1u);
+  EXPECT_NE(argil({"inspect", clay, "--print", "sls", "--outlet", "1.4"}).out.find("no hollow opens by less than 1.4"),
+            std::string::npos);
+  fs::remove(clay);
   // What cannot be looked at takes nothing of the work along.
   put(R"({"process": "sla", "wall_mm": 900})");
   const Outcome beyond = argil({"sculpt", script, "-o", clay});
@@ -107,7 +121,8 @@ TEST_F(PrintCheck, AScriptAsksForIt) {
   EXPECT_EQ(std::count(beyond.err.begin(), beyond.err.end(), '\n'), 1) << beyond.err;
   EXPECT_TRUE(fs::remove(clay));
   for (const char* bad : {R"({"process": "clay"})", R"({"wall_mm": 1})", R"({"process": "sla", "wall_mm": 0})",
-                          R"({"process": "sla", "gap_mm": 1001})", R"({"process": "sla", "walls": 1})", "[]"}) {
+                          R"({"process": "sla", "gap_mm": 1001})", R"({"process": "sla", "outlet_mm": 0})",
+                          R"({"process": "sla", "walls": 1})", "[]"}) {
     put(bad);
     const Outcome refused = argil({"sculpt", script, "-o", clay});
     EXPECT_EQ(refused.code, 2) << bad;

@@ -20,6 +20,7 @@ using test::brightnessAround;
 using test::Field;
 using test::FieldSurface;
 using test::kBare;
+using test::meanDifference;
 using test::Picture;
 
 bool isClay(const Image& image, int x, int y) {
@@ -78,6 +79,46 @@ TEST_F(Picture, FarFromTheOriginAndAtAnyScaleThePictureIsTheSame) {
     EXPECT_LT(different, kWidth * kHeight * 4 / 200)
         << "origin " << place.origin.transpose() << ", voxel " << place.voxel;
   }
+}
+
+// A ball that is drawn thicker is the ball of that radius, in light, shadow, section and at every level of detail; and
+// nothing of it is left out because its chunks are elsewhere.
+TEST_F(Picture, GrownClayIsWhatItsOffsetWouldBe) {
+  Look look;  // with shadow, cavities and ground
+  for (const double grownMm : {1.5, -2.0}) {
+    surface_ = {};
+    renderer_->clear();
+    load([&](const Vec3d& p) { return p.norm() - (kRadius + grownMm / kVoxel); });
+    const View near = view("iso", Projection::perspective), wide = view("front");
+    View close = near, far = near;
+    close.position = near.target + 0.35 * (near.position - near.target);  // its rim is outside of the picture
+    far.position = near.target + 6 * (near.position - near.target);       // coarse levels
+    Look cut = look;
+    cut.section = Section{Vec3d(0, 0, 1), Vec3d(0, 0, 1)};
+    const std::pair<View, Look> shots[] = {{near, look}, {wide, look}, {close, look}, {far, look}, {near, cut}};
+    std::vector<Image> exact;
+    for (const auto& [from, with] : shots) exact.push_back(draw(from, with));
+    const Box box = renderer_->bounds();
+
+    surface_ = {};
+    renderer_->clear();
+    load(sphere());
+    PieceLook grown;
+    grown.grownMm = grownMm;
+    const Image plain = draw(near, look);
+    renderer_->place(0, grown);
+    EXPECT_NEAR((renderer_->bounds().max - box.max).norm(), 0, 0.1 * kVoxel);
+    for (size_t i = 0; i < exact.size(); ++i) {
+      const Image preview = draw(shots[i].first, shots[i].second);
+      EXPECT_LT(meanDifference(preview, exact[i]), 1.0) << "shot " << i << " of " << grownMm;
+    }
+    EXPECT_GT(meanDifference(plain, exact[0]), 4) << "the test sees nothing";
+    renderer_->place(0, {});
+    EXPECT_EQ(draw(near, look), plain);
+  }
+  PieceLook bad;
+  bad.grownMm = NAN;
+  EXPECT_THROW(renderer_->place(0, bad), Error);
 }
 
 TEST_F(Picture, TheSameTwice) {

@@ -413,6 +413,51 @@ TEST_F(Operations, EveryOneOpensOrRunsAndIsCancelled) {
   }
 }
 
+TEST_F(Operations, AnOffsetIsShownWhileItIsAskedForAndUntilItIsThere) {
+  const engine::Id ball = document().pieces[1].id;
+  rig.state.selected = ball;
+  rig.run("piece.offset");
+  ASSERT_TRUE(rig.state.grown);
+  EXPECT_EQ(rig.state.grown->piece, ball);
+  EXPECT_EQ(rig.state.grown->mm, 1) << "what the dialog says";
+  EXPECT_FALSE(rig.state.growing);
+  press("Cancel");
+  rig.frames(2);
+  EXPECT_FALSE(rig.state.grown);
+
+  rig.run("piece.offset");
+  const clay::Version before = document().piece(ball)->version;
+  press("Offset");
+  ASSERT_TRUE(rig.state.growing);
+  EXPECT_EQ(rig.state.growing->before, before);
+  rig.until([&] { return document().piece(ball)->version != before && rig.bench.idle(); }, "offset");
+  rig.frames(2);
+  EXPECT_TRUE(rig.state.grown) << "until its surface comes, which the window takes";
+  rig.state.growing.reset();
+  rig.frames(2);
+  EXPECT_FALSE(rig.state.grown);
+
+  // What is cancelled leaves nothing that is shown.
+  rig.run("piece.offset");
+  press("Offset");
+  for (const engine::JobView& job : rig.bench.jobs()) rig.bench.cancelJob(job.id);
+  rig.until([&] { return rig.bench.idle(); }, "cancelled");
+  rig.frames(2);
+  EXPECT_EQ(rig.state.grown, rig.state.growing);
+  if (document().piece(ball)->version == rig.state.growing.value_or(GrownPiece{}).before)
+    FAIL() << "nothing is at work";
+
+  // A shell grows by its outer wall alone; what has no such meaning is not shown.
+  rig.state.growing.reset();
+  rig.run("piece.shell");
+  ASSERT_TRUE(rig.state.grown);
+  EXPECT_EQ(rig.state.grown->mm, 0);
+  press("Cancel");
+  rig.run("piece.smooth-all");
+  EXPECT_FALSE(rig.state.grown);
+  press("Cancel");
+}
+
 TEST_F(Operations, ACutGoesThroughTheMiddleOfThePiece) {
   rig.state.selected = document().pieces[0].id;
   const uint64_t before = document().pieces[0].version.hash();

@@ -39,7 +39,7 @@ TEST(Settings, ComeBackAsTheyWere) {
   state.imports = {true, 0.25};
   state.undoGiB = 0.5;
   state.surface = clay::Grade::fine;
-  state.print = {3, 0.7, 0.25, true, 2, 7.5};
+  state.print = {3, 0.7, 0.25, 1.75, true, 2, 7.5};
   StudioState back;
   ASSERT_TRUE(applySettings(settingsText(state), back));
   EXPECT_EQ(back.theme, Theme::light);
@@ -63,6 +63,7 @@ TEST(Settings, ComeBackAsTheyWere) {
   EXPECT_EQ(back.print.process, 3);
   EXPECT_EQ(back.print.wallMm, 0.7);
   EXPECT_EQ(back.print.gapMm, 0.25);
+  EXPECT_EQ(back.print.outletMm, 1.75);
   EXPECT_EQ(back.print.draftDegrees, 7.5);
   EXPECT_FALSE(back.print.shown) << "clay begins as it is";
   EXPECT_EQ(back.print.pull, 0);

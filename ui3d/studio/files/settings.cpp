@@ -106,6 +106,7 @@ void eachValue(State& state, const Row& row) {
   row("print", "process", state.print.process, 0, int(engine::kPrintProcesses) - 1);
   row("print", "wall_mm", state.print.wallMm, 0.05, 20);
   row("print", "gap_mm", state.print.gapMm, 0.05, 20);
+  row("print", "outlet_mm", state.print.outletMm, 0, 20);
   row("print", "draft_degrees", state.print.draftDegrees, 0.1, 45);
 }
 

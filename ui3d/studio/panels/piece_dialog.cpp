@@ -229,10 +229,28 @@ void beginOperation(Context& context, Memory& memory, std::string_view id) {
   memory.operation = std::move(operation);
 }
 
+namespace {
+
+// What is asked about, else what was begun and is not there yet.
+void followGrown(Context& context, const Operation& asked, bool valid) {
+  StudioState& state = context.state;
+  if (state.growing && context.bench.jobs().empty()) {
+    // Cancelled, or refused: no surface comes. What was made is another version by now.
+    const engine::Piece* piece = context.now.document->piece(state.growing->piece);
+    if (!piece || piece->version == state.growing->before) state.growing.reset();
+  }
+  state.grown = state.growing;
+  if (asked.row && asked.row->growsMm && valid && asked.arguments.pieces.size() == 1)
+    state.grown = GrownPiece{asked.arguments.pieces[0], asked.row->growsMm(asked.arguments)};
+}
+
+}  // namespace
+
 void drawOperation(Context& context, Memory& memory) {
   Operation& operation = memory.operation;
   bool open = operation.row != nullptr;
-  if (!kit::beginDialog("Operation", open ? operation.row->name.data() : "Operation", kWidth, 0, &open)) return;
+  if (!kit::beginDialog("Operation", open ? operation.row->name.data() : "Operation", kWidth, 0, &open))
+    return followGrown(context, operation, false);
   const engine::PieceJob& row = *operation.row;
   kit::wrapped(row.help, colours().dim);
   kit::gap(4);
@@ -261,9 +279,12 @@ void drawOperation(Context& context, Memory& memory) {
   if (kit::button(row.name, kit::Weight::chief, wide)) {
     memory.operations[row.id] = operation.arguments;
     context.bench.operate(std::string(row.id), operation.arguments);
+    if (row.growsMm && piece)
+      context.state.growing = GrownPiece{piece->id, row.growsMm(operation.arguments), piece->version};
     open = false;
   }
   ImGui::EndDisabled();
+  followGrown(context, operation, problem.empty() && open);
   if (!open) operation.row = nullptr;
   kit::endDialog(open);
 }

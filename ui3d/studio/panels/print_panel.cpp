@@ -26,6 +26,7 @@ PrintProcess processOf(const PrintChoice& choice) {
   PrintProcess process = engine::printProcesses()[size_t(choice.process)];
   process.wallMm = choice.wallMm;
   process.gapMm = choice.gapMm;
+  process.outletMm = choice.outletMm;
   return process;
 }
 
@@ -46,7 +47,7 @@ engine::PullReport pulled(const clay::Version& version, const haptics::Pose& pos
 }
 
 bool alike(const PrintProcess& a, const PrintProcess& b) {
-  return a.id == b.id && a.wallMm == b.wallMm && a.gapMm == b.gapMm;
+  return a.id == b.id && a.wallMm == b.wallMm && a.gapMm == b.gapMm && a.outletMm == b.outletMm;
 }
 bool alike(const haptics::Pose& a, const haptics::Pose& b) {
   return a.translation == b.translation && a.rotation.coeffs() == b.rotation.coeffs();
@@ -166,6 +167,12 @@ void list(Context& context, const PrintProcess& process, const PrintReport& repo
   for (const clay::Trap& trap : report.slices.traps)
     if ((trap.closed || process.holdsLiquid) && ++listed <= kMostPlaces)
       place(context, trap.at, kit::written(trap.volumeMm3) + " mm³, " + (trap.closed ? "closed" : "open above"));
+  if (process.outletMm > 0) {
+    kit::fact("Narrow ways out", report.necks.empty() ? "none" : std::to_string(report.necks.size()),
+              report.necks.empty() ? 0 : c.warning);
+    for (size_t i = 0; i < std::min(kMostPlaces, report.necks.size()); ++i)
+      place(context, report.necks[i].atMm, kit::written(2 * report.necks[i].radiusMm) + " mm wide");
+  }
   const Vec3d size = report.highMm - report.lowMm, &bed = process.bedMm;
   kit::fact("Bed", report.fits ? "it fits" : "it does not fit", report.fits ? 0 : c.warning);
   kit::wrapped(fmt::format("{} × {} × {} mm on {} × {} × {}", kit::written(size.x()), kit::written(size.y()),
@@ -205,11 +212,15 @@ void printPanel(Context& context, Memory& memory) {
   if (kit::choice("Printed in", names, choice.process, "Each way to print has its own limits.")) {
     choice.wallMm = engine::printProcesses()[size_t(choice.process)].wallMm;
     choice.gapMm = engine::printProcesses()[size_t(choice.process)].gapMm;
+    choice.outletMm = engine::printProcesses()[size_t(choice.process)].outletMm;
   }
   const PrintProcess& standard = engine::printProcesses()[size_t(choice.process)];
   kit::number({"wall", "Walls", "Thinner ones break or are not made.", "mm", 0.05, 20, standard.wallMm, true},
               choice.wallMm);
   kit::number({"gap", "Gaps", "Narrower ones are filled.", "mm", 0.05, 20, standard.gapMm, true}, choice.gapMm);
+  kit::number({"outlet", "Ways out", "What is in a hollow does not leave it by narrower ones. 0: not looked for.", "mm",
+               0, 20, standard.outletMm, false},
+              choice.outletMm);
   kit::toggle("Show on the clay", choice.shown,
               "Thin walls red to yellow, narrow gaps violet to blue, as the clay is worked on.");
   constexpr std::array<std::string_view, 4> kPulls{"not cast", "along X", "along Y", "along Z"};

@@ -70,10 +70,18 @@ struct ImportChoice {
 /// How the clay is to be printed.
 struct PrintChoice {
   int process = 0;  ///< Of engine::printProcesses().
-  double wallMm = 1, gapMm = 0.5;
+  double wallMm = 1, gapMm = 0.5, outletMm = 2;
   bool shown = false;  ///< What is thinner is coloured.
   int pull = 0;        ///< Taken out of a mould along x, y, z: 1 to 3; 0: not cast.
   double draftDegrees = 2;
+};
+
+/// A piece that is shown as an operation would make it, before it has.
+struct GrownPiece {
+  engine::Id piece = 0;
+  double mm = 0;              ///< render::PieceLook::grownMm.
+  clay::Version before = {};  ///< The clay of an operation at work.
+  friend bool operator==(const GrownPiece&, const GrownPiece&) = default;
 };
 
 struct StudioState {
@@ -97,6 +105,8 @@ struct StudioState {
       copied;  ///< By Copy and Cut: values, which outlive the document that they were copied from.
 
   std::optional<DeformBox> deformBox;    ///< Around a piece that is being deformed.
+  std::optional<GrownPiece> grown;       ///< Of the operation that is asked about, else of the one at work.
+  std::optional<GrownPiece> growing;     ///< At work: until its piece's next surface comes.
   std::optional<DrawnCurve> drawnCurve;  ///< Over the picture: a drag with the left button draws it.
 
   // Looks

@@ -85,6 +85,40 @@ TEST(PrintCheck, HangsAndTrapsFollowHowItStands) {
   EXPECT_EQ(checked(cup, "sla").troubles(printProcess("sla")), 1);
 }
 
+TEST(PrintCheck, HollowsThatOpenTooNarrowlyAreToldWhereTheyDo) {
+  const auto bored = [](double radius, double voxelMm) {
+    clay::Grid grid;
+    grid.voxelMm = voxelMm;
+    const auto store = clay::Store::make();
+    const Version hollow = clay::combine(block({0, 0, 10}, {20, 20, 20}, voxelMm),
+                                         clay::makeSphere(store, grid, {0, 0, 10}, 6), clay::Combination::cut);
+    return clay::combine(hollow, clay::makeRod(store, grid, {0, 0, 10}, {0, 0, -5}, radius, 0), clay::Combination::cut);
+  };
+  haptics::Pose turned;
+  turned.rotation = Eigen::AngleAxisd(std::numbers::pi / 2, Vec3d::UnitY());
+  turned.translation = {100, 0, 0};
+  for (const haptics::Pose& pose : {haptics::Pose{}, turned}) {
+    const PrintReport report = checked(bored(0.7, 0.2), "sla", pose);
+    ASSERT_EQ(report.necks.size(), 1u);
+    EXPECT_NEAR(report.necks[0].radiusMm, 0.7, 0.1);
+    const Vec3d at = pose.rotation.conjugate() * (report.necks[0].atMm - pose.translation);
+    EXPECT_NEAR(at.head<2>().norm(), 0, 0.2);
+    EXPECT_LT(at.z(), 5);
+  }
+  EXPECT_EQ(checked(bored(0.7, 0.2), "sla").troubles(printProcess("sla")), 2) << "and its roof";
+  EXPECT_TRUE(checked(bored(1.1, 0.2), "sla").necks.empty());
+  EXPECT_EQ(checked(bored(1.1, 0.2), "metal").necks.size(), 1u) << "powder of metal asks for more";
+  EXPECT_TRUE(checked(bored(0.7, 0.2), "fdm").necks.empty()) << "nothing has to leave";
+  // Of a radius beyond 24 voxels it is found in coarser clay.
+  const PrintReport fine = checked(bored(0.8, 0.035), "sla");
+  ASSERT_EQ(fine.necks.size(), 1u);
+  EXPECT_NEAR(fine.necks[0].radiusMm, 0.8, 0.03);
+  // One that nothing is as large as.
+  PrintProcess process = printProcess("sla");
+  process.outletMm = 900;
+  EXPECT_TRUE(checkPrint(bored(0.7, 0.2), {}, process, nullptr).necks.empty());
+}
+
 TEST(PrintCheck, TheBedIsLookedAtBothWays) {
   EXPECT_TRUE(checked(block({0, 0, 2}, {60, 100, 4}, 1), "casting").fits);
   EXPECT_TRUE(checked(block({0, 0, 2}, {100, 60, 4}, 1), "casting").fits);
