@@ -14,15 +14,9 @@ namespace argil::clay {
 
 namespace {
 
-// The share of the radius from which on a voxel is free: distances that are cut off at it are, whatever their last bit.
-constexpr float kFreeFrom = 1 - 1e-6f;
-constexpr float kSteps = 254;
-
-AirLevel levelOf(float distance, float radius) {
-  if (!(distance > 0)) return 0;
-  if (distance >= radius * kFreeFrom) return kFree;
-  return static_cast<AirLevel>(1 + static_cast<int>(distance / radius * (kSteps - 0.01f)));
-}
+constexpr float kSteps = kFree - 1;
+// Distances that are cut off at the radius are free, whatever their last bit.
+constexpr float kSlack = 1 + 2e-6f;
 
 Coord voxelIn(Coord brick, int at) {
   return brick * kBrickEdge + Coord{at >> 6, (at >> 3) & 7, at & 7};
@@ -48,31 +42,35 @@ void AirRooms::measure(const Version& version, double radius, int threads, const
   const std::vector<Coord> regions = regionsNear(version, static_cast<int>(std::ceil(radius)) + 1);
   std::vector<std::vector<Levels>> found(regions.size());
   const auto reach = static_cast<float>(radius);
+  const float stepsAVoxel = kSteps / reach * kSlack, band = version.grid().band;
   forEachWithRoom<DistanceBox>(regions.size(), threads, part, [&](size_t i, DistanceBox& box) {
     const Coord low = regions[i] * kRegionVoxels;
-    if (!box.fill(version, low, {kRegionVoxels, kRegionVoxels, kRegionVoxels}, {.inside = 0, .outside = reach})) return;
+    if (!box.fill(version, low, {kRegionVoxels, kRegionVoxels, kRegionVoxels}, {.inside = band, .outside = reach}))
+      return;
     const Coord first = regions[i] * kRegionBricks;
     for (int b = 0; b < kRegionBricks * kRegionBricks * kRegionBricks; ++b) {
       Levels brick{first + Coord{b >> 6, (b >> 3) & 7, b & 7}, {}};
-      bool clay = true, free = true;
+      AirLevel most = 0, least = kFree;
       for (int row = 0; row < kBrickEdge * kBrickEdge; ++row) {
         const float* phi = box.row(voxelIn(brick.coord, row * kBrickEdge));
+        AirLevel* const levels = &brick.level[static_cast<size_t>(row * kBrickEdge)];
         for (int z = 0; z < kBrickEdge; ++z) {
-          const AirLevel level = levelOf(phi[z], reach);
-          brick.level[static_cast<size_t>(row * kBrickEdge + z)] = level;
-          clay &= level == 0;
-          free &= level == kFree;
+          const int level = static_cast<int>(phi[z] * stepsAVoxel) + (phi[z] > 0 ? 1 : 0);
+          levels[z] = static_cast<AirLevel>(std::clamp(level, 0, int{kFree}));
         }
+        for (int z = 0; z < kBrickEdge; ++z) most = std::max(most, levels[z]), least = std::min(least, levels[z]);
       }
+      const bool clay = most == 0, free = least == kFree;
       // What is free and no tile is kept, since gaps are told by tiles (makeRows()).
       if (!clay && (!free || version.find(brick.coord).brick())) found[i].push_back(brick);
     }
   });
-  for (std::vector<Levels>& each : found) {
-    bricks_.insert(bricks_.end(), each.begin(), each.end());
-    each = {};
-  }
-  std::sort(bricks_.begin(), bricks_.end(), [](const Levels& a, const Levels& b) { return a.coord < b.coord; });
+  std::vector<const Levels*> order;
+  for (const std::vector<Levels>& each : found)
+    for (const Levels& brick : each) order.push_back(&brick);
+  std::sort(order.begin(), order.end(), [](const Levels* a, const Levels* b) { return a->coord < b->coord; });
+  bricks_.reserve(order.size());
+  for (const Levels* each : order) bricks_.push_back(*each);
 }
 
 void AirRooms::makeRows(const Version& version) {
@@ -173,22 +171,34 @@ uint32_t AirRooms::partOf(const Item& item, int at) const {
   return kNone;
 }
 
-AirRooms::Voxel AirRooms::voxel(uint32_t brick, int at) const {
-  const AirLevel level = bricks_[brick].level[static_cast<size_t>(at)];
-  return {brick, static_cast<int16_t>(at), level, level == kFree ? partOf(items_[itemOf_[brick]], at) : kNone};
+const AirRooms::Item* AirRooms::itemAt(Coord coord) const {
+  const Row* row = rowAt(coord.x, coord.y);
+  if (!row) return nullptr;
+  const auto first = items_.begin() + row->first, end = items_.begin() + row->end;
+  const auto after = std::upper_bound(first, end, coord.z, [](int32_t z, const Item& item) { return z < item.from; });
+  return after != first && coord.z < std::prev(after)->to ? &*std::prev(after) : nullptr;
 }
 
 AirRooms::Voxel AirRooms::voxel(Coord voxel) const {
   const Coord coord = voxel >> kBrickBits;
-  if (const uint32_t brick = brickAt(coord); brick != kNone)
-    return this->voxel(brick, Brick::offset(voxel.x & 7, voxel.y & 7, voxel.z & 7));
-  uint32_t room = 0;
-  if (const Row* row = rowAt(coord.x, coord.y)) {
-    const auto first = items_.begin() + row->first, end = items_.begin() + row->end;
-    const auto after = std::upper_bound(first, end, coord.z, [](int32_t z, const Item& item) { return z < item.from; });
-    if (after != first && coord.z < std::prev(after)->to) room = partOf(*std::prev(after), 0);
+  if (const uint32_t brick = brickAt(coord); brick != kNone) {
+    const int at = Brick::offset(voxel.x & 7, voxel.y & 7, voxel.z & 7);
+    const AirLevel level = bricks_[brick].level[static_cast<size_t>(at)];
+    return {brick, static_cast<int16_t>(at), level, level == kFree ? roomAt(brick, at) : kNone};
   }
+  const Item* item = itemAt(coord);
+  const uint32_t room = item ? partOf(*item, 0) : 0;
   return {kNone, -1, room == kNone ? AirLevel{0} : kFree, room};
+}
+
+BrickMask AirRooms::closedIn(uint32_t brick, Coord coord) {
+  BrickMask mask{};
+  const Item* item = brick != kNone ? &items_[itemOf_[brick]] : itemAt(coord);
+  if (!item) return mask;
+  for (uint32_t p = item->first; p < item->end; ++p)
+    if (root(p) != 0)
+      for (size_t x = 0; x < mask.size(); ++x) mask[x] |= parts_[p].mask[x];
+  return mask;
 }
 
 std::vector<AirRooms::Room> AirRooms::closedRooms() {

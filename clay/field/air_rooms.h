@@ -40,7 +40,10 @@ class AirRooms {
   /// kNone where none stands there.
   [[nodiscard]] uint32_t brickAt(Coord coord) const;
   [[nodiscard]] Voxel voxel(Coord voxel) const;
-  [[nodiscard]] Voxel voxel(uint32_t brick, int at) const;
+  /// The room of a free voxel of a brick.
+  [[nodiscard]] uint32_t roomAt(uint32_t brick, int at) const { return partOf(items_[itemOf_[brick]], at); }
+  /// Voxels of a brick that are free and of rooms that are not the outside; `coord` where none has levels.
+  [[nodiscard]] BrickMask closedIn(uint32_t brick, Coord coord);
 
   [[nodiscard]] uint32_t root(uint32_t room) { return sets_.find(room); }
   void join(uint32_t a, uint32_t b) { sets_.join(a, b); }
@@ -80,6 +83,7 @@ class AirRooms {
   void joinAlong(const Row& row);
   void joinBeside(const Row& row, const Row* next, int axis, bool up);
   [[nodiscard]] const Row* rowAt(int32_t x, int32_t y) const;
+  [[nodiscard]] const Item* itemAt(Coord coord) const;
   [[nodiscard]] uint32_t partOf(const Item& item, int at) const;
 
   std::vector<Levels> bricks_;

@@ -24,7 +24,7 @@ constexpr size_t kStepEvery = 1 << 16;
 class Flood {
  public:
   Flood(const Version& version, AirRooms& air, double radius)
-      : version_(version), air_(air), radius_(radius), labels_(air.bricks()) {}
+      : version_(version), air_(air), radius_(radius), labels_(air.bricks()), beside_(air.bricks(), {kUnknown}) {}
 
   std::vector<Neck> run(const WorkPart& part) {
     for (const AirRooms::Room& room : air_.closedRooms()) hollows_.emplace(room.root, Hollow{room.voxels, room.first});
@@ -66,33 +66,49 @@ class Flood {
     return (*labels)[static_cast<size_t>(at)];
   }
 
-  // Calls back with each voxel that shares a face.
+  // Bricks across the faces of one: −x, +x, −y, +y, −z, +z.
+  const std::array<uint32_t, 6>& beside(uint32_t brick) {
+    std::array<uint32_t, 6>& all = beside_[brick];
+    if (all[0] == kUnknown)
+      for (size_t side = 0; side < 6; ++side) all[side] = air_.brickAt(air_.coordOf(brick) + kSides[side]);
+    return all;
+  }
+
+  // Calls back with each voxel that shares a face: its brick (AirRooms::kNone where it has no levels), its offset, the
+  // side of its brick that it lies across.
   template <class Visit>
-  void forEachBeside(const Place& place, const Visit& visit) const {
+  void forEachBeside(const Place& place, const Visit& visit) {
     const Coord in = inBrick(place.at);
-    for (int axis = 0; axis < 3; ++axis)
-      for (const int way : {-1, 1}) {
-        const int shift = axis == 0 ? 64 : axis == 1 ? 8 : 1;
-        const int c = (axis == 0 ? in.x : axis == 1 ? in.y : in.z) + way;
-        if (c >= 0 && c < kBrickEdge) {
-          visit(air_.voxel(place.brick, place.at + way * shift));
-        } else {
-          const Coord step = Coord{axis == 0, axis == 1, axis == 2} * way;
-          visit(air_.voxel(coordOf(place) + step));
-        }
+    const int c[3] = {in.x, in.y, in.z};
+    for (size_t axis = 0; axis < 3; ++axis) {
+      const int shift = 64 >> (3 * axis);
+      for (const int up : {0, 1}) {
+        const size_t side = 2 * axis + static_cast<size_t>(up);
+        if (c[axis] != up * (kBrickEdge - 1))
+          visit(place.brick, place.at + (2 * up - 1) * shift, side);
+        else
+          visit(beside(place.brick)[side], place.at - (2 * up - 1) * (kBrickEdge - 1) * shift, side);
       }
+    }
+  }
+  [[nodiscard]] uint32_t roomAt(const Place& from, uint32_t brick, int at, size_t side) const {
+    return brick != AirRooms::kNone ? air_.roomAt(brick, at) : air_.voxel(coordOf(from) + kSides[side]).room;
   }
 
   // Voxels of a brick that are not free themselves, beside hollows.
   void begin(uint32_t brick) {
     const auto levels = air_.levelsOf(brick);
+    std::array<BrickMask, 7> closed;  // of the brick, then of those across its sides
+    closed[6] = air_.closedIn(brick, {});
+    for (size_t side = 0; side < 6; ++side)
+      closed[side] = air_.closedIn(beside(brick)[side], air_.coordOf(brick) + kSides[side]);
     for (int v = 0; v < kBrickVoxels; ++v) {
       const AirLevel level = levels[static_cast<size_t>(v)];
       if (level == 0 || level == kFree) continue;
       const Place place{brick, static_cast<int16_t>(v)};
-      forEachBeside(place, [&](const AirRooms::Voxel& beside) {
-        if (beside.level != kFree || air_.root(beside.room) == 0 || label(brick, v) != AirRooms::kNone) return;
-        label(brick, v) = beside.room;
+      forEachBeside(place, [&](uint32_t other, int at, size_t side) {
+        if (!holds(closed[other == brick ? 6 : side], at) || label(brick, v) != AirRooms::kNone) return;
+        label(brick, v) = roomAt(place, other, at, side);
         waiting_[level].push_back(place);
       });
     }
@@ -104,32 +120,34 @@ class Flood {
     if (air_.root(room) == 0) return;
     behind_.clear();
     rising_.assign(1, from);
-    while (!rising_.empty()) {
+    bool out = false;
+    while (!rising_.empty() && !out) {
       const Place place = rising_.back();
       rising_.pop_back();
-      bool out = false;
-      forEachBeside(place, [&](const AirRooms::Voxel& beside) {
-        if (beside.level == 0 || out) return;
-        if (beside.level == kFree) {
-          out = meet(room, beside.room, from);
+      forEachBeside(place, [&](uint32_t brick, int at, size_t side) {
+        if (out) return;
+        const AirLevel level = brick != AirRooms::kNone ? air_.levelsOf(brick)[static_cast<size_t>(at)] : kFree;
+        if (level == 0) return;
+        if (level == kFree) {
+          const uint32_t there = roomAt(place, brick, at, side);
+          if (there != AirRooms::kNone) out = meet(room, there, from);
           return;
         }
-        uint32_t& other = label(beside.brick, beside.at);
+        uint32_t& other = label(brick, at);
         if (other != AirRooms::kNone) {
           // What waits is met when its turn comes.
-          if (beside.level >= level_) out = meet(room, other, from);
+          if (level >= level_) out = meet(room, other, from);
           return;
         }
         other = room;
-        const Place next{beside.brick, beside.at};
-        if (beside.level < level_) {
-          waiting_[beside.level].push_back(next);
+        const Place next{brick, static_cast<int16_t>(at)};
+        if (level < level_) {
+          waiting_[level].push_back(next);
         } else {
           behind_.push_back(next);
           rising_.push_back(next);
         }
       });
-      if (out) return;
     }
   }
 
@@ -180,9 +198,13 @@ class Flood {
   const Version& version_;
   AirRooms& air_;
   double radius_;
+  static constexpr uint32_t kUnknown = AirRooms::kNone - 1;
+  static constexpr std::array<Coord, 6> kSides{{{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
+
   std::vector<std::unique_ptr<std::array<uint32_t, kBrickVoxels>>> labels_;  // rooms, of bricks that were reached
-  std::map<uint32_t, Hollow> hollows_;                                       // by root
-  std::array<std::vector<Place>, kFree> waiting_;                            // by level
+  std::vector<std::array<uint32_t, 6>> beside_;
+  std::map<uint32_t, Hollow> hollows_;             // by root
+  std::array<std::vector<Place>, kFree> waiting_;  // by level
   std::vector<Place> rising_, behind_;
   int level_ = 0;
   std::vector<Neck> necks_;

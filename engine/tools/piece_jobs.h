@@ -86,8 +86,8 @@ struct PieceJob {
   /// Of an operation that was added: what runs in place of `run`.
   const AddedJob* added = nullptr;
   bool takesAll = false;  ///< Works on all pieces that are visible and not locked; `pieces` is 0.
-  /// How far the surface that is seen moves outwards all over, mm: what can be shown before it is done. Null: it does
-  /// something else.
+  /// How far the surface that is seen moves outwards all over, mm, inwards where negative: what can be shown before it
+  /// is done. Null: it does something else.
   double (*growsMm)(const PieceArguments& arguments) = nullptr;
   /// It makes a piece where there was none.
   [[nodiscard]] bool makesNew() const { return pieces == 0 && !takesAll; }

@@ -231,6 +231,13 @@ void beginOperation(Context& context, Memory& memory, std::string_view id) {
 
 namespace {
 
+// Nothing for what becomes thinner: beside edges vertices that move inwards pass those of the other face, and stand out
+// of what there will be like fins.
+std::optional<GrownPiece> grownBy(const engine::PieceJob& row, const engine::PieceArguments& arguments) {
+  if (!row.growsMm || arguments.pieces.size() != 1 || !(row.growsMm(arguments) > 0)) return std::nullopt;
+  return GrownPiece{.piece = arguments.pieces[0], .mm = row.growsMm(arguments)};
+}
+
 // What is asked about, else what was begun and is not there yet.
 void followGrown(Context& context, const Operation& asked, bool valid) {
   StudioState& state = context.state;
@@ -240,8 +247,7 @@ void followGrown(Context& context, const Operation& asked, bool valid) {
     if (!piece || piece->version == state.growing->before) state.growing.reset();
   }
   state.grown = state.growing;
-  if (asked.row && asked.row->growsMm && valid && asked.arguments.pieces.size() == 1)
-    state.grown = GrownPiece{asked.arguments.pieces[0], asked.row->growsMm(asked.arguments)};
+  if (asked.row && valid) state.grown = grownBy(*asked.row, asked.arguments);
 }
 
 }  // namespace
@@ -279,8 +285,8 @@ void drawOperation(Context& context, Memory& memory) {
   if (kit::button(row.name, kit::Weight::chief, wide)) {
     memory.operations[row.id] = operation.arguments;
     context.bench.operate(std::string(row.id), operation.arguments);
-    if (row.growsMm && piece)
-      context.state.growing = GrownPiece{piece->id, row.growsMm(operation.arguments), piece->version};
+    context.state.growing = grownBy(row, operation.arguments);
+    if (context.state.growing) context.state.growing->before = piece->version;
     open = false;
   }
   ImGui::EndDisabled();
