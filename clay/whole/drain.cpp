@@ -15,6 +15,7 @@
 #include "clay/store/store.h"
 #include "clay/whole/boolean.h"
 #include "clay/whole/resample.h"
+#include "clay/whole/ways_out.h"
 
 namespace argil::clay {
 
@@ -27,6 +28,9 @@ constexpr double kUpwards = 0.1;      // sine of what still counts as level
 constexpr double kStep = 0.25;        // voxels, where the surface is near
 constexpr double kFarthest = 200000;  // voxels: the diagonal of the largest clay
 constexpr int kAround = 16;           // places on the rim of a hole
+constexpr int kMostPlugged = 8;       // rounds; a slit would take many
+constexpr size_t kMostNarrow = 8;     // hollows at once
+constexpr double kPlugVoxels = 2;     // by which a plug is wider than what it closes
 
 // Directions spread evenly over the sphere.
 Vec3d direction(int i) {
@@ -86,14 +90,33 @@ class Borer {
   double radius_;
 };
 
+// With plugs where hollows open by less than a hole, so that they are closed; what has many narrow ways, or slits, may
+// stay open.
+Version plugged(Version version, double diameterMm, const WorkPart& part) {
+  const Grid grid = version.grid();
+  for (int round = 0; round < kMostPlugged; ++round) {
+    const WorkPart own = part.part(1 - std::pow(0.5, round), 1 - std::pow(0.5, round + 1));
+    const std::vector<Neck> necks = narrowWaysOut(version, diameterMm / 2, 0, own);
+    // Many are the cells of an infill, which are no hollows of their own.
+    if (necks.empty() || necks.size() > kMostNarrow) break;
+    for (const Neck& neck : necks) {
+      const Version plug = makeSphere(Store::make(version.store()->precision()), grid, neck.atMm,
+                                      neck.radiusMm + kPlugVoxels * grid.voxelMm);
+      version = combine(version, plug, Combination::join);
+    }
+  }
+  return version;
+}
+
 class Drain {
  public:
   Drain(const Version& version, const DrainOptions& options, const WorkPart& part)
       : options_(options), radius_(options.diameterMm / version.grid().voxelMm / 2) {
     result_.version = version;
-    const Cleaned solid = fillVoids(version, part.part(0, 0.1));
+    looked_ = plugged(version, options.diameterMm, part.part(0, 0.08));
+    const Cleaned solid = fillVoids(looked_, part.part(0.08, 0.1));
     if (solid.count == 0)
-      throw Error("nothing is hollow here, with walls all around: make a shell first", Error::Kind::work);
+      throw Error("nothing is hollow here that opens by less than the holes: make a shell first", Error::Kind::work);
     solid_ = solid.version;
     // Upside down first: what drains as the piece stands is what counts, and is looked at last.
     if (options.vents) bore(-1, part.part(0.1, 0.5));
@@ -125,7 +148,7 @@ class Drain {
 
   // What stays in the hollows; lowest places in the piece.
   std::vector<Trap> pools(const Eigen::Matrix3d& turn, const WorkPart& part, bool counts) {
-    const Version& now = result_.version;
+    const Version& now = looked_;
     Version layers = now;
     if (!turn.isIdentity(1e-9)) {
       Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
@@ -154,13 +177,15 @@ class Drain {
   void hole(const Vec3d& lowest, const Vec3d& up, bool vent) {
     const Version before = result_.version;
     const Grid& grid = before.grid();
-    const Bore bore = Borer(before, solid_, radius_).from(lowest, up);
+    const Bore bore = Borer(looked_, solid_, radius_).from(lowest, up);
     const DrainHole made{grid.toWorld(bore.from), grid.toWorld(bore.to), vent};
     const Precision precision = before.store()->precision();
     const auto rod = [&](double radiusMm) {
       return makeRod(Store::make(precision), grid, made.fromMm, made.toMm, radiusMm);
     };
+    const bool same = looked_ == before;
     result_.version = combine(before, rod(options_.diameterMm / 2), Combination::cut);
+    looked_ = same ? result_.version : combine(looked_, rod(options_.diameterMm / 2), Combination::cut);
     result_.holes.push_back(made);
     if (!options_.plugs) return;
     const Version plug = combine(rod(options_.diameterMm / 2 - options_.clearanceMm), before, Combination::intersect);
@@ -170,7 +195,8 @@ class Drain {
 
   DrainOptions options_;
   double radius_;
-  Version solid_;  // with its hollows filled
+  Version looked_;  // the result, with narrow ways out plugged
+  Version solid_;   // with its hollows filled
   Drained result_;
 };
 

@@ -27,11 +27,11 @@ struct Drained {
   std::vector<DrainHole> holes;
   std::vector<Version> plugs;  ///< One for each hole where asked for, in its place; stores of their own.
   double leftMm3 = 0;  ///< That stays in the hollows as they stand: less than half a ball of a hole's width each.
-  int cups = 0;        ///< Hollows that were open before and hold a liquid: they get no hole.
+  int cups = 0;        ///< Hollows that were open enough before and hold a liquid: they get no hole.
 };
 
-/// Every hollow that no way leads into from outside gets a hole from its lowest place along the shortest way out that
-/// does not lead upwards. Then the layers are looked at again, and where something would stay another hole is bored: so
+/// Every hollow that no way leads into from outside, or ways alone that are narrower than the holes (narrowWaysOut()),
+/// gets a hole from its lowest place along the shortest way out that does not lead upwards. Then the layers are looked at again, and where something would stay another hole is bored: so
 /// hollows of many legs are emptied one after the other. Made from `version`, in its store. Throws Error where nothing
 /// is hollow, for what is out of range and when something stays after sixteen rounds; Cancelled. Cost: three to four
 /// sweeps over the layers, and the bricks that the holes meet; turned, as many resamplings.

@@ -11,6 +11,7 @@
 #include "clay/surface/quads.h"
 #include "clay/surface/surface.h"
 #include "clay/whole/resample.h"
+#include "clay/whole/ways_out.h"
 
 namespace argil::engine {
 
@@ -28,19 +29,6 @@ const std::array<PrintProcess, kPrintProcesses> kProcesses{{
 constexpr double kBedVoxels = 3;  // from the lowest place: what stands on the bed
 constexpr double kMostVoxels = 256;
 constexpr int kThreads = 2;
-// Radii of ways out beyond these are looked for in clay that is resampled, since what they cost is their cube.
-constexpr double kMostOutletVoxels = 24, kResampledTo = 16;
-
-std::vector<clay::Neck> necksOf(const clay::Version& version, double outletMm, const clay::WorkPart& part) {
-  const double radius = outletMm / 2;
-  if (radius == 0) return {};
-  clay::Grid grid = version.grid();
-  if (radius <= kMostOutletVoxels * grid.voxelMm) return clay::narrowNecks(version, radius, kThreads, part);
-  grid.voxelMm = radius / kResampledTo;
-  const clay::Version coarse =
-      clay::resample(version, grid, Eigen::Isometry3d::Identity(), kThreads, part.part(0, 0.5));
-  return clay::narrowNecks(coarse, radius, kThreads, part.part(0.5, 1));
-}
 
 }  // namespace
 
@@ -131,7 +119,8 @@ PrintReport checkPrint(const clay::Version& version, const haptics::Pose& pose, 
   for (clay::Island& island : report.slices.islands) island.at += pose.translation;
   for (clay::Trap& trap : report.slices.traps) trap.at += pose.translation, trap.spillsMm += pose.translation.z();
 
-  report.necks = necksOf(version, process.outletMm, part.part(0.7, 1));
+  if (process.outletMm > 0)
+    report.necks = clay::narrowWaysOut(version, process.outletMm / 2, kThreads, part.part(0.7, 1));
   for (clay::Neck& neck : report.necks) neck.atMm = toWorld(neck.atMm), neck.hollowMm = toWorld(neck.hollowMm);
 
   report.lowMm = low;

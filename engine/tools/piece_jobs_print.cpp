@@ -358,7 +358,7 @@ const std::array kRows{
     PieceJob{
         .id = "drain",
         .name = "Drain holes",
-        .help = "Bores holes into closed hollows, so that nothing stays in them.",
+        .help = "Bores holes into hollows that are closed or open too narrowly, so that nothing stays in them.",
         .doing = "Draining",
         .group = "Print",
         .parameters = kDrain,

@@ -21,6 +21,7 @@
 #include "clay/whole/fill_hollows.h"
 #include "clay/whole/offset.h"
 #include "clay/whole/pegs.h"
+#include "clay/whole/ways_out.h"
 #include "tests/unit/clay/clay_checks.h"
 #include "tests/unit/clay/whole/whole_checks.h"
 
@@ -273,6 +274,29 @@ TEST(Drain, LeavesCupsThatWereOpenAndSaysSo) {
   const Drained made = drain(both, {.diameterMm = 3, .vents = false}, WorkPart(nullptr));
   EXPECT_EQ(made.holes.size(), 1u);
   EXPECT_EQ(made.cups, 1);
+}
+
+// What a check of a print finds is what this mends.
+TEST(Drain, HollowsThatOpenTooNarrowlyAreDrainedToo) {
+  const auto store = Store::make();
+  Version narrow = hollowBall();
+  for (const Vec3d& way : {Vec3d(0, 0, 30), Vec3d(0, 0, -30), Vec3d(25, 5, -3)})
+    narrow = combine(narrow, makeRod(store, grid(), Vec3d::Zero(), way, 0.9, 0), Combination::cut);
+  const double asked = 4;
+  ASSERT_EQ(narrowWaysOut(narrow, asked / 2, 1, WorkPart(nullptr)).size(), 1u);
+  const Drained made = drain(narrow, {.diameterMm = asked}, WorkPart(nullptr));
+  EXPECT_EQ(made.holes.size(), 2u) << "one below and one for air";
+  EXPECT_TRUE(narrowWaysOut(made.version, asked / 2 - 0.25, 1, WorkPart(nullptr)).empty());
+  EXPECT_LE(staysIn(made.version, {0, 0, 1}), poolVoxels(asked));
+  expectClosed(made.version);
+  // Both bores are as they were: plugs are only thought of.
+  Sampler sampler(made.version);
+  for (const Vec3d& at : {Vec3d(0, 0, 18.5), Vec3d(18.1, 3.6, -2.2)})
+    EXPECT_GT(sampler.trilinear(made.version.grid().toVoxel(at)), 0.9);
+  // A way as wide as the holes is open.
+  const Version open =
+      combine(hollowBall(), makeRod(store, grid(), Vec3d::Zero(), {0, 0, -30}, 2.2, 0), Combination::cut);
+  EXPECT_THROW((void)drain(open, {.diameterMm = asked}, WorkPart(nullptr)), Error);
 }
 
 TEST(Drain, SaysWhatCannotBe) {
