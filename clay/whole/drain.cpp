@@ -14,6 +14,7 @@
 #include "clay/store/sampler.h"
 #include "clay/store/store.h"
 #include "clay/whole/boolean.h"
+#include "clay/whole/offset.h"
 #include "clay/whole/resample.h"
 #include "clay/whole/ways_out.h"
 
@@ -28,9 +29,7 @@ constexpr double kUpwards = 0.1;      // sine of what still counts as level
 constexpr double kStep = 0.25;        // voxels, where the surface is near
 constexpr double kFarthest = 200000;  // voxels: the diagonal of the largest clay
 constexpr int kAround = 16;           // places on the rim of a hole
-constexpr int kMostPlugged = 8;       // rounds; a slit would take many
 constexpr size_t kMostNarrow = 8;     // hollows at once
-constexpr double kPlugVoxels = 2;     // by which a plug is wider than what it closes
 
 // Directions spread evenly over the sphere.
 Vec3d direction(int i) {
@@ -90,22 +89,23 @@ class Borer {
   double radius_;
 };
 
-// With plugs where hollows open by less than a hole, so that they are closed; what has many narrow ways, or slits, may
-// stay open.
-Version plugged(Version version, double diameterMm, const WorkPart& part) {
-  const Grid grid = version.grid();
-  for (int round = 0; round < kMostPlugged; ++round) {
-    const WorkPart own = part.part(1 - std::pow(0.5, round), 1 - std::pow(0.5, round + 1));
-    const std::vector<Neck> necks = narrowWaysOut(version, diameterMm / 2, 0, own);
-    // Many are the cells of an infill, which are no hollows of their own.
-    if (necks.empty() || necks.size() > kMostNarrow) break;
-    for (const Neck& neck : necks) {
-      const Version plug = makeSphere(Store::make(version.store()->precision()), grid, neck.atMm,
-                                      neck.radiusMm + kPlugVoxels * grid.voxelMm);
-      version = combine(version, plug, Combination::join);
-    }
-  }
-  return version;
+// A clay as it is looked at, and that with its hollows filled.
+struct Closed {
+  Version clay, solid;
+};
+
+// Air where no ball of a hole's width can be, come from outside or in a hollow, counts as clay: narrow ways out are
+// shut. What is closed anyway stays a hollow.
+Closed shut(const Version& version, const Version& filled, double radiusMm, const WorkPart& part) {
+  const auto cut = [](const Version& a, const Version& b) { return combine(a, b, Combination::cut); };
+  const Version grown = offset(version, radiusMm);
+  part.step(0.3);
+  const Version rooms = fillVoids(grown, part.part(0.3, 0.4)).version;
+  const Version solid = combine(filled, offset(rooms, -radiusMm), Combination::join);
+  part.step(0.7);
+  const Version hollows = offset(cut(rooms, grown), radiusMm);
+  part.step(0.9);
+  return {cut(cut(solid, hollows), cut(filled, version)), solid};
 }
 
 class Drain {
@@ -113,11 +113,19 @@ class Drain {
   Drain(const Version& version, const DrainOptions& options, const WorkPart& part)
       : options_(options), radius_(options.diameterMm / version.grid().voxelMm / 2) {
     result_.version = version;
-    looked_ = plugged(version, options.diameterMm, part.part(0, 0.08));
-    const Cleaned solid = fillVoids(looked_, part.part(0.08, 0.1));
-    if (solid.count == 0)
+    Cleaned filled = fillVoids(version, part.part(0, 0.02));
+    looked_ = version;
+    solid_ = filled.version;
+    const std::vector<Neck> necks = narrowWaysOut(version, options.diameterMm / 2, 0, part.part(0.02, 0.05));
+    // Many are the cells of an infill, which are no hollows of their own.
+    const bool opensNarrowly = !necks.empty() && necks.size() <= kMostNarrow;
+    if (filled.count == 0 && !opensNarrowly)
       throw Error("nothing is hollow here that opens by less than the holes: make a shell first", Error::Kind::work);
-    solid_ = solid.version;
+    if (opensNarrowly) {
+      Closed closed = shut(version, filled.version, options.diameterMm / 2, part.part(0.05, 0.1));
+      looked_ = std::move(closed.clay);
+      solid_ = std::move(closed.solid);
+    }
     // Upside down first: what drains as the piece stands is what counts, and is looked at last.
     if (options.vents) bore(-1, part.part(0.1, 0.5));
     bore(1, part.part(options.vents ? 0.5 : 0.1, 1));
@@ -195,7 +203,7 @@ class Drain {
 
   DrainOptions options_;
   double radius_;
-  Version looked_;  // the result, with narrow ways out plugged
+  Version looked_;  // the result, with narrow ways out shut
   Version solid_;   // with its hollows filled
   Drained result_;
 };
