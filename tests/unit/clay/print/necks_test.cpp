@@ -11,11 +11,12 @@
 #include <limits>
 #include <map>
 #include <random>
-#include <set>
+#include <utility>
 #include <vector>
 
 #include "clay/base/error.h"
 #include "clay/base/joined_sets.h"
+#include "clay/field/air_rooms.h"
 #include "clay/field/distance_box.h"
 #include "clay/field/primitives.h"
 #include "clay/store/store.h"
@@ -240,6 +241,55 @@ TEST(Necks, OfRandomHollowsAreThoseOfAPlainFlood) {
     }
   }
   EXPECT_GT(together, 30u);
+}
+
+// Plates and balls anywhere: rooms and their voxels are those of a flood over a dense box.
+TEST(AirRooms, AreThoseOfAPlainFlood) {
+  constexpr int kHalf = 88, kEdge = 2 * kHalf;
+  size_t together = 0;
+  for (uint32_t seed = 0; seed < 16; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    const auto in = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+    Version clay = cut(ball({in(-8, 8), in(-8, 8), in(-8, 8)}, 8), ball({in(-8, 8), in(-8, 8), in(-8, 8)}, 5));
+    for (int i = 0; i < 16; ++i) {
+      const Vec3d at(in(-12, 12), in(-12, 12), in(-12, 12));
+      Vec3d size(in(2, 16), in(2, 16), in(2, 16));
+      size[i % 3] = 1;
+      clay = combine(clay, i % 5 == 0 ? ball(at, in(1, 3)) : block(at, size), Combination::join);
+    }
+    const double radius = in(3, 9);
+    AirRooms air(clay, radius, 2, WorkPart(nullptr));
+    uint64_t voxels = 0;
+    for (const AirRooms::Room& room : air.closedRooms()) voxels += room.voxels;
+    DistanceBox box;
+    const Coord low{-kHalf, -kHalf, -kHalf}, size{kEdge, kEdge, kEdge};
+    ASSERT_TRUE(box.fill(clay, low, size, {.inside = 3, .outside = float(radius)}));
+    std::vector<uint8_t> free(static_cast<size_t>(kEdge) * kEdge * kEdge), seen(free.size());
+    uint64_t all = 0, outside = 0;
+    for (int x = 0; x < kEdge; ++x)
+      for (int y = 0; y < kEdge; ++y)
+        for (int z = 0; z < kEdge; ++z)
+          all += free[voxelIndex(size, {x, y, z})] = box.at(low + Coord{x, y, z}) >= float(radius) * (1 - 1e-6f);
+    std::vector<Coord> next{{0, 0, 0}};
+    ASSERT_TRUE(free[0]);
+    seen[0] = 1;
+    while (!next.empty()) {
+      const Coord at = next.back();
+      next.pop_back();
+      ++outside;
+      for (const Coord step :
+           {Coord{1, 0, 0}, Coord{-1, 0, 0}, Coord{0, 1, 0}, Coord{0, -1, 0}, Coord{0, 0, 1}, Coord{0, 0, -1}}) {
+        const Coord to = at + step;
+        if (std::min({to.x, to.y, to.z}) < 0 || std::max({to.x, to.y, to.z}) >= kEdge) continue;
+        if (!free[voxelIndex(size, to)] || std::exchange(seen[voxelIndex(size, to)], 1)) continue;
+        next.push_back(to);
+      }
+    }
+    EXPECT_EQ(voxels, all - outside);
+    together += voxels > 0;
+  }
+  EXPECT_GT(together, 4u) << "too few of them have rooms";
 }
 
 TEST(Necks, AreTheSameOnAnyThreads) {
