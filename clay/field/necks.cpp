@@ -23,18 +23,21 @@ constexpr size_t kStepEvery = 1 << 16;
 
 class Flood {
  public:
-  Flood(const Version& version, AirRooms& air, double radius)
-      : version_(version), air_(air), radius_(radius), labels_(air.bricks()), beside_(air.bricks(), {kUnknown}) {}
+  Flood(const Version& version, AirRooms& air, double radius, const WorkPart& part)
+      : version_(version),
+        air_(air),
+        radius_(radius),
+        part_(part),
+        labels_(air.bricks()),
+        beside_(air.bricks(), {kUnknown}) {}
 
-  std::vector<Neck> run(const WorkPart& part) {
+  std::vector<Neck> run() {
     for (const AirRooms::Room& room : air_.closedRooms()) hollows_.emplace(room.root, Hollow{room.voxels, room.first});
     for (const uint32_t brick : air_.bricksOfClosedRooms()) begin(brick);
     for (level_ = kFree - 1; level_ > 0; --level_) {
-      part.step(1 - double(level_) / kFree);
-      // Grows while it is gone through.
       for (size_t i = 0; i < waiting_[level_].size(); ++i) {
-        if (i % kStepEvery == 0) part.step(1 - double(level_) / kFree);
-        flood(waiting_[level_][i]);
+        if (i % kStepEvery == 0) step();
+        flood(waiting_[level_][i]);  // what it adds is of lower levels
       }
       waiting_[level_] = {};
     }
@@ -53,6 +56,7 @@ class Flood {
     Coord first;
   };
 
+  void step() const { part_.step(1 - double(level_) / kFree); }
   [[nodiscard]] static Coord inBrick(int at) { return {at >> 6, (at >> 3) & 7, at & 7}; }
   [[nodiscard]] Coord coordOf(const Place& place) const {
     return air_.coordOf(place.brick) * kBrickEdge + inBrick(place.at);
@@ -171,6 +175,7 @@ class Flood {
   // The hollow's way out is narrowest at a voxel.
   void opens(const Hollow& hollow, uint32_t root, Coord at) {
     if (hollow.voxels < kLeastRoom) return;
+    step();
     std::vector<Coord> behind;
     for (const Place& each : behind_) behind.push_back(coordOf(each));
     std::sort(behind.begin(), behind.end());
@@ -198,6 +203,7 @@ class Flood {
   const Version& version_;
   AirRooms& air_;
   double radius_;
+  const WorkPart& part_;
   static constexpr uint32_t kUnknown = AirRooms::kNone - 1;
   static constexpr std::array<Coord, 6> kSides{{{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
 
@@ -217,7 +223,8 @@ std::vector<Neck> narrowNecks(const Version& version, double radiusMm, int threa
   const double radius = radiusMm / version.grid().voxelMm;
   if (radius < kLeastNeckVoxels) return {};
   AirRooms air(version, radius, threads, part.part(0, 0.8));
-  return Flood(version, air, radius).run(part.part(0.8, 1));
+  const WorkPart rest = part.part(0.8, 1);
+  return Flood(version, air, radius, rest).run();
 }
 
 }  // namespace argil::clay

@@ -43,7 +43,7 @@ struct Model::Local {
     detail = sight.detailPixels * sight.mmPerPixel / (sight.perspective ? 1 : scaleMm);
     perspective = sight.perspective;
     backsSeen = sight.backsSeen;
-    grown = std::abs(look.grownMm) / scaleMm;
+    grown = look.grownMm / scaleMm;
   }
 
   [[nodiscard]] bool outside(const Vec3d& min, const Vec3d& max) const {

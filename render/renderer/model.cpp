@@ -75,7 +75,7 @@ void Model::place(PieceId id, const PieceLook& look) {
   const double length = look.rotation.norm();
   if (!look.translationMm.allFinite() || !look.rotation.coeffs().allFinite() || !(length > 1e-6) ||
       !std::isfinite(c.r) || !std::isfinite(c.g) || !std::isfinite(c.b) || !std::isfinite(look.roughness) ||
-      !std::isfinite(look.gloss) || !std::isfinite(look.grownMm)) {
+      !std::isfinite(look.gloss) || !(look.grownMm >= 0 && std::isfinite(look.grownMm))) {
     throw Error("the place, colour or finish of a piece holds a number that is not finite; give finite numbers");
   }
   PieceLook& kept = looks_[id];
@@ -113,10 +113,9 @@ const Box& Model::boundsOf(PieceId id, const Piece& piece) const {
   const PieceLook& look = lookOf(id);
   piece.bounds = piece.clay ? piece.clay->bounds(look.rotation, look.translationMm)
                             : piece.part->bounds(look.rotation, look.translationMm);
-  if (piece.clay && look.grownMm != 0 && !piece.bounds->empty()) {
-    const Vec3d middle = (piece.bounds->min + piece.bounds->max) / 2;
-    piece.bounds->min = (piece.bounds->min.array() - look.grownMm).min(middle.array());
-    piece.bounds->max = (piece.bounds->max.array() + look.grownMm).max(middle.array());
+  if (piece.clay && look.grownMm > 0 && !piece.bounds->empty()) {
+    piece.bounds->min -= Vec3d::Constant(look.grownMm);
+    piece.bounds->max += Vec3d::Constant(look.grownMm);
   }
   return *piece.bounds;
 }

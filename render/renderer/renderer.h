@@ -35,9 +35,8 @@ struct PieceLook {
   bool visible = true;
   bool dimmed = false;      ///< Paler: locked or not the one that is worked on.
   bool hideMasked = false;  ///< Clay whose mask is above half is not drawn.
-  /// Clay is drawn thicker by this, thinner where negative: its vertices move along their normals, on the device. What
-  /// an offset would come to, but where it meets itself; edges are not rounded. Up to what is finite; pick() knows
-  /// nothing of it.
+  /// Clay is drawn thicker by this, 0 and more: its vertices move along their normals, on the device. What an offset
+  /// would come to, but where it meets itself; edges are not rounded. pick() knows nothing of it.
   double grownMm = 0;
   MaterialColours materials = {};  ///< Under what is painted.
 };

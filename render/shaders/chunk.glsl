@@ -4,7 +4,7 @@ layout(push_constant) uniform Piece {
   ivec3 anchor;     // in units
   float unit;       // mm a unit
   vec3 anchorRel;   // the anchor in mm, relative to the eye, along the world's axes
-  float grown;      // mm along the normals: a preview of what is thicker or thinner
+  float grown;      // mm along the normals: a preview of what becomes thicker
   vec4 rotation;    // unit quaternion, piece to world
   vec4 surface;     // as clay.frag reads it
 } piece;

@@ -85,7 +85,7 @@ TEST_F(Picture, FarFromTheOriginAndAtAnyScaleThePictureIsTheSame) {
 // nothing of it is left out because its chunks are elsewhere.
 TEST_F(Picture, GrownClayIsWhatItsOffsetWouldBe) {
   Look look;  // with shadow, cavities and ground
-  for (const double grownMm : {1.5, -2.0}) {
+  for (const double grownMm : {0.75, 2.0}) {
     surface_ = {};
     renderer_->clear();
     load([&](const Vec3d& p) { return p.norm() - (kRadius + grownMm / kVoxel); });
@@ -117,8 +117,10 @@ TEST_F(Picture, GrownClayIsWhatItsOffsetWouldBe) {
     EXPECT_EQ(draw(near, look), plain);
   }
   PieceLook bad;
-  bad.grownMm = NAN;
-  EXPECT_THROW(renderer_->place(0, bad), Error);
+  for (const double value : {double(NAN), -1.0}) {
+    bad.grownMm = value;
+    EXPECT_THROW(renderer_->place(0, bad), Error);
+  }
 }
 
 TEST_F(Picture, TheSameTwice) {
