@@ -30,11 +30,13 @@ struct Drained {
   int cups = 0;        ///< Hollows that were open enough before and hold a liquid: they get no hole.
 };
 
-/// Every hollow that no way leads into from outside, or ways alone that are narrower than the holes (narrowWaysOut()),
-/// gets a hole from its lowest place along the shortest way out that does not lead upwards. Then the layers are looked at again, and where something would stay another hole is bored: so
-/// hollows of many legs are emptied one after the other. Made from `version`, in its store. Throws Error where nothing
-/// is hollow, for what is out of range and when something stays after sixteen rounds; Cancelled. Cost: three to four
-/// sweeps over the layers, and the bricks that the holes meet; turned, as many resamplings.
+/// Every hollow that no way leads into from outside, or ways alone that are narrower than the holes (narrowWaysOut();
+/// up to eight of those), gets a hole from its lowest place along the shortest way out that does not lead upwards. Then
+/// the layers are looked at again, and where something would stay another hole is bored: so hollows of many legs are
+/// emptied one after the other. Made from `version`, in its store. Throws Error where nothing is hollow, for what is
+/// out of range and when something stays after sixteen rounds; Cancelled. Cost: narrowWaysOut(), three to four sweeps
+/// over the layers, and the bricks that the holes meet; turned, as many resamplings; with narrow ways three offsets
+/// more.
 [[nodiscard]] Drained drain(const Version& version, const DrainOptions& options, const WorkPart& part);
 
 }  // namespace argil::clay
