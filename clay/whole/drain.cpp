@@ -97,15 +97,16 @@ struct Closed {
 // Air where no ball of a hole's width can be, come from outside or in a hollow, counts as clay: narrow ways out are
 // shut. What is closed anyway stays a hollow.
 Closed shut(const Version& version, const Version& filled, double radiusMm, const WorkPart& part) {
-  const auto cut = [](const Version& a, const Version& b) { return combine(a, b, Combination::cut); };
-  const Version grown = offset(version, radiusMm);
-  part.step(0.3);
+  const auto cut = [](const Version& a, const Version& b, const WorkPart& own) {
+    return combine(a, b, Combination::cut, {}, own);
+  };
+  const Version grown = offset(version, radiusMm, 0, part.part(0, 0.3));
   const Version rooms = fillVoids(grown, part.part(0.3, 0.4)).version;
-  const Version solid = combine(filled, offset(rooms, -radiusMm), Combination::join);
-  part.step(0.7);
-  const Version hollows = offset(cut(rooms, grown), radiusMm);
-  part.step(0.9);
-  return {cut(cut(solid, hollows), cut(filled, version)), solid};
+  const Version shrunk = offset(rooms, -radiusMm, 0, part.part(0.4, 0.6));
+  const Version solid = combine(filled, shrunk, Combination::join, {}, part.part(0.6, 0.7));
+  const Version hollows = offset(cut(rooms, grown, part.part(0.7, 0.75)), radiusMm, 0, part.part(0.75, 0.9));
+  const Version closed = cut(filled, version, part.part(0.9, 0.93));
+  return {cut(cut(solid, hollows, part.part(0.93, 0.97)), closed, part.part(0.97, 1)), solid};
 }
 
 class Drain {

@@ -41,12 +41,16 @@ Version moved(const Version& version, double voxels, int threads, const WorkPart
 }  // namespace
 
 Version offset(const Version& version, double mm, int threads, Job* job) {
+  return offset(version, mm, threads, WorkPart(job));
+}
+
+Version offset(const Version& version, double mm, int threads, const WorkPart& part) {
   if (version.stats().bricks == 0) throw Error("the piece is empty: there is no surface to move");
-  const Version result = moved(version, mm / version.grid().voxelMm, threadCount(threads), WorkPart(job));
+  const Version result = moved(version, mm / version.grid().voxelMm, threadCount(threads), part);
   if (result.stats().bricks == 0)
     throw Error(fmt::format("nothing is left when the surface moves inwards by {:g} mm: give less", -mm),
                 Error::Kind::work);
-  if (job) job->step(1);
+  part.step(1);
   return result;
 }
 

@@ -2,6 +2,7 @@
 // Clay that is thicker, thinner or hollow.
 
 #include "clay/base/job.h"
+#include "clay/base/work_part.h"
 #include "clay/store/version.h"
 
 namespace argil::clay {
@@ -13,6 +14,7 @@ namespace argil::clay {
 /// all cores; it does not change the result. Throws Error for a distance out of range and when nothing is left,
 /// Cancelled. Cost follows surface times distance.
 [[nodiscard]] Version offset(const Version& version, double mm, int threads = 0, Job* job = nullptr);
+[[nodiscard]] Version offset(const Version& version, double mm, int threads, const WorkPart& part);
 
 /// A wall around the surface, `innerMm` to its inside and `outerMm` to its outside; what is farther inside becomes
 /// hollow. A part that is thinner than twice the inner wall stays solid. The wall must be at least two voxels thick. As

@@ -241,9 +241,11 @@ std::optional<GrownPiece> grownBy(const engine::PieceJob& row, const engine::Pie
 // What is asked about, else what was begun and is not there yet.
 void followGrown(Context& context, const Operation& asked, bool valid) {
   StudioState& state = context.state;
-  if (state.growing && context.bench.jobs().empty()) {
-    // Cancelled, or refused: no surface comes. What was made is another version by now.
-    const engine::Piece* piece = context.now.document->piece(state.growing->piece);
+  if (state.growing && context.bench.idle()) {
+    // Cancelled, or refused: no surface comes. What was made is another version by now, if not in what this frame began
+    // with: a job is gone from the list before its result is in the document.
+    const std::shared_ptr<const engine::Snapshot> now = context.bench.snapshot();
+    const engine::Piece* piece = now->document->piece(state.growing->piece);
     if (!piece || piece->version == state.growing->before) state.growing.reset();
   }
   state.grown = state.growing;
