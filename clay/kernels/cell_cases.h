@@ -23,6 +23,13 @@ struct CellCase {
   /// beyond that face has the same trouble there, both read the face the other way (`joined`), or an edge would get
   /// four quads.
   int8_t foldedFace = -1;
+
+  /// The crossed edges of a loop, as bits.
+  [[nodiscard]] constexpr uint16_t edgesOf(int loop) const noexcept {
+    unsigned of = 0;
+    for (int e = 0; e < 12; ++e) of |= static_cast<unsigned>(loopOfEdge[e] == loop) << e;
+    return static_cast<uint16_t>(edges & of);
+  }
 };
 
 /// The rule for ambiguous faces: inside corners are separated (`separated`), except for a face folded on both sides.

@@ -32,6 +32,9 @@ constexpr float kNear = 1.5f;
 constexpr float kBlurred = 0.05f;
 // Keeps the slope of normals along a face from being read out of planes that stand side by side.
 constexpr float kHeld = 0.05f;
+// A plane through the corners of a cell on a ball is off by this part of the curvature, at first order: an eighth of
+// the sum of both. On balls of four voxels and less, of which the first order knows little, it is taken to be less.
+constexpr float kCutOff = 0.25f, kBall = 4;
 
 HWY_INLINE Floats dot(Floats ax, Floats ay, Floats az, Floats bx, Floats by, Floats bz) {
   return hn::Add(hn::Add(hn::Mul(ax, bx), hn::Mul(ay, by)), hn::Mul(az, bz));
@@ -390,16 +393,23 @@ FaceThere There(NearPlanes& planes, int which, const float* p) {
   for (int axis = 0; axis < 3; ++axis) towards[axis] = p[axis] - face.foot[axis];
   const float length2 = dot3(towards, towards);
   const Vector middle = set(face.foot), way = set(towards), meanNormal = set(mean);
-  Sum spreads;
+  Sum spreads, apart, turned;
   VectorSum bends;
   forAll(planes.padded, [&](int k, int i) {
-    const Floats along = dot(way, minus(load(planes.foot, i), middle)),
-                 share = hn::Mul(hn::Load(d, planes.weight + i), along);
+    const Vector from = minus(load(planes.foot, i), middle), bend = minus(load(planes.normal, i), meanNormal);
+    const Floats weight = hn::Load(d, planes.weight + i), along = dot(way, from), share = hn::Mul(weight, along);
     spreads.add(k, hn::Mul(share, along));
-    bends.add(k, share, minus(load(planes.normal, i), meanNormal));
+    bends.add(k, share, bend);
+    apart.add(k, hn::Mul(weight, dot(from, from)));
+    turned.add(k, hn::Mul(weight, dot(from, bend)));
   });
-  bends.total(length2 / (spreads.total() + kHeld * sum * length2 + 1e-12f), face.normal);
-  for (int axis = 0; axis < 3; ++axis) face.normal[axis] += mean[axis];
+  const float loose = kHeld * sum, curvature = turned.total() / (apart.total() + loose + 1e-12f);
+  // Planes that lie across the way say little of how the face turns along it: as a ball, then.
+  const float held = loose * length2, ball = loose * curvature;
+  bends.total(1, face.normal);
+  const float scaled = length2 / (spreads.total() + held + 1e-12f);
+  for (int axis = 0; axis < 3; ++axis)
+    face.normal[axis] = mean[axis] + scaled * (face.normal[axis] + ball * towards[axis]);
   const float scale = 1 / std::sqrt(std::max(dot3(face.normal, face.normal), 1e-12f));
   for (float& n : face.normal) n *= scale;
   const Vector there = set(face.normal);
@@ -408,7 +418,8 @@ FaceThere There(NearPlanes& planes, int which, const float* p) {
     const Vector n = load(planes.normal, i), both{hn::Add(n.x, there.x), hn::Add(n.y, there.y), hn::Add(n.z, there.z)};
     values.add(k, hn::Mul(hn::Load(d, planes.weight + i), dot(both, minus(place, load(planes.foot, i)))));
   });
-  face.offset = 0.5f * values.total() * inverse - dot3(face.normal, p);
+  face.offset = 0.5f * values.total() * inverse - dot3(face.normal, p) -
+                kCutOff * curvature / (1 + kBall * kBall * curvature * curvature);
   return face;
 }
 

@@ -90,7 +90,8 @@ SplitFaces splitPlanes(NearPlanes& planes, const float* p, const FaceTurns& turn
 
 /// Face `which` as it is at `p`: the unit normal, and its distance at zero. By second order: between two points of a
 /// smooth surface the chord is perpendicular to the mean of their normals, but for an error of third order, and the
-/// normal at `p` follows from how normals turn towards it.
+/// normal at `p` follows from how normals turn towards it. Planes cut off what a face curves within their cells: the
+/// face stands out of them by that.
 struct FaceThere {
   float normal[3], offset, foot[3];
 };

@@ -25,10 +25,9 @@ constexpr float kStraight = 0.998f, kFlatFace = 0.9998f;
 // What the cell's values may differ from the faces' field, voxels, on the side where that is exact; and for each voxel
 // that they are farther than kNear from the surface.
 constexpr float kMisfit = 0.25f, kNear = 0.4f, kMisfitBeyond = 0.25f;
-// How far the mean of a cell's crossings may be from the one face that they are on, voxels, where one of the faces
-// turns and where none does: beyond the edge of flat ones distances are exact, and what they say of the crossings is
-// less so.
-constexpr float kLeastShift = 0.1f, kMostShift = 0.25f;
+// How far the mean of a cell's crossings may be from where its one face has them, voxels: beyond an edge distances are
+// too short, and what they say of the crossings is less so.
+constexpr float kMostShift = 0.25f;
 // How far the faces may meet from where they were sought, voxels.
 constexpr float kMostWay = 1.5f;
 
@@ -112,6 +111,11 @@ CreaseModel::Face faceOf(const float* normal, float offset, const float* foot) {
   return {{normal[0], normal[1], normal[2]}, offset, {foot[0], foot[1], foot[2]}};
 }
 
+CreaseModel::Face faceThere(NearPlanes& planes, size_t which, const Vec3f& p) {
+  const FaceThere there = faceAt(planes, static_cast<int>(which), p.data());
+  return faceOf(there.normal, there.offset, there.foot);
+}
+
 // Whether one of the faces turns within the reach of its planes.
 bool turns(const SplitFaces& faces, float straight) {
   return std::any_of(std::begin(faces.face), std::end(faces.face), [straight](const FacePlane& face) {
@@ -131,10 +135,7 @@ CreaseVertex placeOnTwo(const CreaseCell& cell, const SplitFaces& faces, NearPla
   const Vec3f draft = cell.draft - cell.low;
   const auto about = model.line(0, 1, draft);
   if (!about || (about->start - draft).squaredNorm() > kMostWay * kMostWay) return {};
-  for (size_t k = 0; k < 2; ++k) {
-    const FaceThere there = faceAt(planes, static_cast<int>(k), about->start.data());
-    model.face[k] = faceOf(there.normal, there.offset, there.foot);
-  }
+  for (size_t k = 0; k < 2; ++k) model.face[k] = faceThere(planes, k, about->start);
   // Faces of a rounding have the same normal where they meet.
   if (turn(model.face[0].gradient, model.face[1].gradient) < kLeastTurn) return {};
   const std::optional<Corners> corners = compare(cell, model, deeper);
@@ -146,8 +147,10 @@ CreaseVertex placeOnTwo(const CreaseCell& cell, const SplitFaces& faces, NearPla
   if (met.faces == 3 || inCell(line->start)) {
     found = {CreaseVertex::Kind::edge, line->start, model.face[0].gradient + model.face[1].gradient};
   } else {
-    const CreaseModel::Face& face = model.face[met.faces >> 1];
-    if (std::abs(face.at(draft)) > (turns(faces, kFlatFace) ? kLeastShift : kMostShift)) return {};
+    if ((met.middle - draft).squaredNorm() > kMostShift * kMostShift) return {};
+    CreaseModel::Face face = model.face[met.faces >> 1];
+    // As it is here, not where it meets the other one.
+    if (turns(faces, kFlatFace)) face = faceThere(planes, met.faces >> 1, met.middle);
     found = {CreaseVertex::Kind::face, face.nearest(met.middle), face.gradient};
   }
   for (int axis = 0; axis < 3; ++axis)

@@ -244,16 +244,46 @@ class CrossedCells {
 class Corners {
  public:
   explicit Corners(const BrickSurroundings& around) : around_(around) {}
-  CreaseVertex place(CreaseCell cell, int x, int y, int z) {
+  CreaseVertex place(CreaseCell cell) {
     if (!fits_) fits_.emplace(around_, kFlat);
     std::array<TangentPlane, 125> planes;
-    cell.planes = {planes.data(), fits_->around(x + kAround, y + kAround, z + kAround, planes.data())};
+    const auto at = [&cell](int axis) { return static_cast<int>(cell.low[axis]) + kAround; };
+    cell.planes = {planes.data(), fits_->around(at(0), at(1), at(2), planes.data())};
     return placeAtCrease(cell);
   }
 
  private:
   const BrickSurroundings& around_;
   std::optional<TangentPlanes> fits_;
+};
+
+// A vertex of a cell from the planes around it.
+class Places {
+ public:
+  explicit Places(const BrickSurroundings& around) : corners_(around) {}
+  CreaseVertex place(const CreaseCell& cell, NearPlanes& planes, bool cornersToo) {
+    const bool kinked = creased(cell.view);
+    const float deeper = kinked ? kDeeperAtCrease : kDeeper;
+    const int all = ratePlanes(planes, kCurved, PlaneTrust::steep), flat = ratePlanes(planes, kFlat, PlaneTrust::steep);
+    CreaseVertex found;
+    if (static_cast<float>(flat) >= kFlatShare * static_cast<float>(all)) found = placeCrisply(cell, planes, deeper, 2);
+    if ((found.kind == CreaseVertex::Kind::none) && (kinked || creasedAround(cell.view))) {
+      ratePlanes(planes, kCurved, PlaneTrust::steep);
+      CreaseVertex other = placeCrisply(cell, planes, deeper, 3);
+      if (other.kind == CreaseVertex::Kind::none) {
+        ratePlanes(planes, kCurved, PlaneTrust::any);
+        other = placeCrisply(cell, planes, deeper, 1);
+      }
+      if (other.kind != CreaseVertex::Kind::none) found = other;
+    }
+    const bool open = found.kind == CreaseVertex::Kind::none ? kinked : !found.explained;
+    if (!open || !cornersToo || !betweenFlatFaces(planes)) return found;
+    const CreaseVertex corner = corners_.place(cell);
+    return corner.kind == CreaseVertex::Kind::corner || found.kind == CreaseVertex::Kind::none ? corner : found;
+  }
+
+ private:
+  Corners corners_;
 };
 
 }  // namespace
@@ -266,49 +296,40 @@ void crispVertices(Sampler& field, Coord brick, const CreaseCells& cells, bool w
   BrickSurroundings around;
   around.read(field, brick, range);
   const CrossedCells crossed(around, range);
-  Corners corners(around);
+  Places places(around);
   NearPlanes planes;
   size_t sharp = 0;
   auto special = out.table.specials.begin();
   for (int k = 0; k < cells.count; ++k) {
-    const auto i = static_cast<size_t>(k);
-    if (!suspects.has(cells.cells[i])) continue;
-    while (special != out.table.specials.end() && special->cell < cells.cells[i]) ++special;
-    if (special != out.table.specials.end() && special->cell == cells.cells[i]) continue;
-    const int x = cells.cells[i] >> 6, y = (cells.cells[i] >> 3) & 7, z = cells.cells[i] & 7;
+    if (!suspects.has(cells.cells[k])) continue;
+    while (special != out.table.specials.end() && special->cell < cells.cells[k]) ++special;
+    const bool several = special != out.table.specials.end() && special->cell == cells.cells[k];
+    // The fine grade's own step places these.
+    if (several && curved) continue;
+    const int x = cells.cells[k] >> 6, y = (cells.cells[k] >> 3) & 7, z = cells.cells[k] & 7;
     CreaseCell cell;
     cell.low = {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
-    cell.draft = out.positions[i];
     cell.view = {around.at(x + kAround, y + kAround, z + kAround), BrickSurroundings::kStepX,
                  BrickSurroundings::kStepY};
-    cell.edges = cellCases().separated[cells.patterns[i]].edges;
     crossed.near(x, y, z, cell.low, planes);
-    const float deeper = creased(cell.view) ? kDeeperAtCrease : kDeeper;
-    const int all = ratePlanes(planes, kCurved, PlaneTrust::steep), flat = ratePlanes(planes, kFlat, PlaneTrust::steep);
-    CreaseVertex found;
-    if (static_cast<float>(flat) >= kFlatShare * static_cast<float>(all)) found = placeCrisply(cell, planes, deeper, 2);
-    if (found.kind == CreaseVertex::Kind::none && creasedAround(cell.view)) {
-      ratePlanes(planes, kCurved, PlaneTrust::steep);
-      found = placeCrisply(cell, planes, deeper, 3);
-      if (found.kind == CreaseVertex::Kind::none) {
-        ratePlanes(planes, kCurved, PlaneTrust::any);
-        found = placeCrisply(cell, planes, deeper, 1);
+    const CellCases& cases = cellCases();
+    const CellCase& c = (several && special->joined ? cases.joined : cases.separated)[cells.patterns[k]];
+    for (int loop = 0; loop < (several ? c.loops : 1); ++loop) {
+      const size_t i = loop == 0 ? static_cast<size_t>(k) : special->extraFirst + static_cast<size_t>(loop) - 1;
+      cell.draft = out.positions[i];
+      cell.edges = several ? c.edgesOf(loop) : c.edges;
+      const CreaseVertex found = places.place(cell, planes, !curved);
+      if (found.kind == CreaseVertex::Kind::none) continue;
+      if (curved) {
+        if (!found.curved || found.kind != CreaseVertex::Kind::edge) continue;
+        curved[x] |= uint64_t{1} << (y * 8 + z);
       }
+      out.positions[i] = found.position;
+      if (found.kind != CreaseVertex::Kind::face) out.sharp[sharp++] = static_cast<uint16_t>(i);
+      if (wantNormals) out.normals[i] = found.packedNormal();
     }
-    const bool open = found.kind == CreaseVertex::Kind::none ? creased(cell.view) : !found.explained;
-    if (open && !curved && betweenFlatFaces(planes)) {
-      const CreaseVertex corner = corners.place(cell, x, y, z);
-      if (corner.kind == CreaseVertex::Kind::corner || found.kind == CreaseVertex::Kind::none) found = corner;
-    }
-    if (found.kind == CreaseVertex::Kind::none) continue;
-    if (curved) {
-      if (!found.curved || found.kind != CreaseVertex::Kind::edge) continue;
-      curved[x] |= uint64_t{1} << (y * 8 + z);
-    }
-    out.positions[i] = found.position;
-    if (found.kind != CreaseVertex::Kind::face) out.sharp[sharp++] = static_cast<uint16_t>(i);
-    if (wantNormals) out.normals[i] = found.packedNormal();
   }
+  std::sort(out.sharp.begin(), out.sharp.begin() + static_cast<std::ptrdiff_t>(sharp));
   out.table.sharp = {out.sharp.data(), sharp};
 }
 

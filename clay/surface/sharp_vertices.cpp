@@ -92,9 +92,7 @@ void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, const uint64
       for (int loop = 0; loop < loops; ++loop) {
         const size_t index = loop == 0 ? rank : several->extraFirst + static_cast<size_t>(loop) - 1;
         cell.draft = out.positions[index];
-        cell.edges = c.edges;
-        for (int e = 0; loops > 1 && e < 12; ++e)
-          if (c.loopOfEdge[e] != loop) cell.edges = static_cast<uint16_t>(cell.edges & ~(1 << e));
+        cell.edges = loops > 1 ? c.edgesOf(loop) : c.edges;
         // Where all face one way there are no two faces, and grouping would find none.
         if (!gathered && suspects.at(cx, cy, cz) && !fits.agreeAround(cx, cy, cz, cell.draft, kLeastTurn)) {
           cell.planes = {planes.data(), fits.around(cx, cy, cz, planes.data())};

@@ -17,7 +17,13 @@ void main() {
   // where all pixels of a quad ask for them.
   vec3 facet = cross(dFdx(viewPosition), dFdy(viewPosition));
   vec3 n = viewNormal;
-  if (onCrease > 0.0) n += onCrease * normalize(gl_FrontFacing ? facet : -facet);
+  if (onCrease > 0.0) {
+    vec3 own = normalize(gl_FrontFacing ? facet : -facet);
+    // A sliver beside a crease may face anywhere: what its other corners say of the face then counts.
+    float others = 1.0 - onCrease;
+    float trust = others > 0.001 ? smoothstep(0.0, 0.3, dot(own, normalize(n))) : 1.0;
+    n += onCrease * mix(n / max(others, 0.001), own, trust);
+  }
   n = normalize(n);
   float code = abs(material);
   if (kSection && cut > 0.0) discard;
