@@ -121,22 +121,20 @@ SurfaceLayout::Exchange SurfaceLayout::exchangeKept(const clay::SurfaceDelta& de
 // Indices name vertices of lower chunks. What came back fits what it left, if that is there again; the others never
 // fitted what came back.
 void SurfaceLayout::rewriteAround(const Exchange& exchange, Works& works) {
-  const auto rewrite = [&](Coord coord, const auto& which) {
+  // The bricks of a chunk whose quads name vertices of the chunk that is `by` lower.
+  const auto rewrite = [&](Coord coord, Coord by) {
     ChunkWork* const work = works.find(coord);
     if (!work) return;
     forEachPlace(work->chunk.drawn, [&](size_t place) {
-      if (which(place)) work->setChanged(place);
+      const Coord in = brickAt(place);
+      if ((by.x == 0 || in.x == 0) && (by.y == 0 || in.y == 0) && (by.z == 0 || in.z == 0)) work->setChanged(place);
     });
   };
   for (const auto& [coord, kept] : exchange.back) {
     for (int n = 1; n < 8; ++n) {
       const Coord by{n & 1, (n >> 1) & 1, n >> 2};
-      if (stampOf(coord - by) != kept.lower[size_t(n)]) rewrite(coord, [](size_t) { return true; });
-      if (exchange.back.contains(coord + by)) continue;
-      rewrite(coord + by, [&](size_t place) {
-        const Coord in = brickAt(place);
-        return (by.x == 0 || in.x == 0) && (by.y == 0 || in.y == 0) && (by.z == 0 || in.z == 0);
-      });
+      if (stampOf(coord - by) != kept.lower[size_t(n)]) rewrite(coord, by);
+      if (!exchange.back.contains(coord + by)) rewrite(coord + by, by);
     }
   }
 }

@@ -343,6 +343,26 @@ clay::SurfaceDelta between(const Past& from, const Past& to, uint64_t& serials) 
   return delta;
 }
 
+// Beside a chunk that is replaced in part, a chunk that comes back is written where its quads name vertices of that
+// one: its first layers of bricks, not all of them.
+TEST(SurfaceLayoutKept, BesideWhatIsReplacedInPartOnlySidesAreWritten) {
+  const Version before = ball({0, 0, 0}, 200);
+  const Version after = combine(before, ball({150, 100, 35}, 175), Combination::join);
+  clay::Surface surface;
+  Drawn drawn;
+  drawn.layout.apply(surface.update(before), drawn.sink);
+  drawn.layout.apply(surface.update(after, 1, true), drawn.sink);
+  drawn.sink.bytes = 0;
+  const clay::SurfaceDelta delta = surface.update(before);
+  drawn.layout.apply(delta, drawn.sink);
+  uint64_t replaced = 0;
+  for (const clay::BrickMeshPtr& mesh : delta.changed)
+    replaced +=
+        mesh->positions.size() * sizeof(SurfaceVertex) + mesh->quads.size() * kIndicesPerQuad * sizeof(uint32_t);
+  std::printf("%.2f of %.1f MB\n", double(drawn.sink.bytes) / double(replaced), double(replaced) / 1e6);
+  EXPECT_LT(double(drawn.sink.bytes), 0.7 * double(replaced));
+}
+
 // Eight chunks, each with an eighth of a ball. What moves the inside of an eighth replaces its chunk alone, though the
 // triangles of the next ones name its vertices.
 TEST(SurfaceLayoutKept, ChunksThatNameEachOthersVertices) {
