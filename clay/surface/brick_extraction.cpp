@@ -290,10 +290,8 @@ void extractVertices(Sampler& field, const Coord& brick, const BrickInput& input
   }
   table.vertices = static_cast<uint16_t>(vertices);
   table.specials = {out.specials.data(), specials};
-  uint64_t curved[8] = {};
-  if (flags != 0) crispVertices(field, brick, creases, wantNormals, out, grade == Grade::fine ? curved : nullptr);
-  if (grade == Grade::fine && mayHoldCrease(corners, cells, count))
-    sharpenVertices(field, brick, wantNormals, curved, out);
+  if (flags != 0) crispVertices(field, brick, creases, wantNormals, grade, out);
+  if (grade == Grade::fine && mayHoldCrease(corners, cells, count)) sharpenVertices(field, brick, wantNormals, out);
 }
 
 void extractQuads(const BrickSigns& signs, const std::array<VertexSource, 8>& sources, ExtractionBuffer& out) {

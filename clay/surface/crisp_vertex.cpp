@@ -28,6 +28,10 @@ constexpr float kMisfit = 0.25f, kNear = 0.4f, kMisfitBeyond = 0.25f;
 // How far the mean of a cell's crossings may be from where its one face has them, voxels: beyond an edge distances are
 // too short, and what they say of the crossings is less so.
 constexpr float kMostShift = 0.25f;
+// A face that is so near to a corner of a cell goes through it, voxels: on a plane of the grid.
+constexpr float kOn = 0.01f;
+// How far beside a cell a crease is in it, voxels: one that lies on a plane of the grid is in either cell.
+constexpr float kBeside = 0.05f;
 // How far the faces may meet from where they were sought, voxels.
 constexpr float kMostWay = 1.5f;
 
@@ -85,9 +89,9 @@ Met crossingsOf(const CreaseCell& cell, const Corners& corners) {
     std::array<float, 2> way;
     for (size_t k = 0; k < 2; ++k) {
       const float from = corners.at[k][in], to = corners.at[k][out];
-      if (from >= 0)
+      if (from >= kOn)
         way[k] = corners.convex ? 0.0f : -1.0f;
-      else if (to <= 0)
+      else if (to <= -kOn || to <= from)
         way[k] = corners.convex ? 2.0f : 1.0f;
       else
         way[k] = from / (from - to);
@@ -104,7 +108,7 @@ Met crossingsOf(const CreaseCell& cell, const Corners& corners) {
 }
 
 bool inCell(const Vec3f& p) {
-  return std::min({p.x(), p.y(), p.z()}) >= 0 && std::max({p.x(), p.y(), p.z()}) <= 1;
+  return std::min({p.x(), p.y(), p.z()}) >= -kBeside && std::max({p.x(), p.y(), p.z()}) <= 1 + kBeside;
 }
 
 CreaseModel::Face faceOf(const float* normal, float offset, const float* foot) {

@@ -288,8 +288,9 @@ class Places {
 
 }  // namespace
 
-void crispVertices(Sampler& field, Coord brick, const CreaseCells& cells, bool wantNormals, ExtractionBuffer& out,
-                   uint64_t* curved) {
+void crispVertices(Sampler& field, Coord brick, const CreaseCells& cells, bool wantNormals, Grade grade,
+                   ExtractionBuffer& out) {
+  const bool curvedAlone = grade == Grade::fine;
   const Suspects suspects(field, brick, cells, out.table.readsBeyond);
   if (!suspects.any()) return;
   const BrickSurroundings::Range range = suspects.range();
@@ -304,8 +305,6 @@ void crispVertices(Sampler& field, Coord brick, const CreaseCells& cells, bool w
     if (!suspects.has(cells.cells[k])) continue;
     while (special != out.table.specials.end() && special->cell < cells.cells[k]) ++special;
     const bool several = special != out.table.specials.end() && special->cell == cells.cells[k];
-    // The fine grade's own step places these.
-    if (several && curved) continue;
     const int x = cells.cells[k] >> 6, y = (cells.cells[k] >> 3) & 7, z = cells.cells[k] & 7;
     CreaseCell cell;
     cell.low = {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
@@ -318,12 +317,9 @@ void crispVertices(Sampler& field, Coord brick, const CreaseCells& cells, bool w
       const size_t i = loop == 0 ? static_cast<size_t>(k) : special->extraFirst + static_cast<size_t>(loop) - 1;
       cell.draft = out.positions[i];
       cell.edges = several ? c.edgesOf(loop) : c.edges;
-      const CreaseVertex found = places.place(cell, planes, !curved);
+      const CreaseVertex found = places.place(cell, planes, !curvedAlone);
       if (found.kind == CreaseVertex::Kind::none) continue;
-      if (curved) {
-        if (!found.curved || found.kind != CreaseVertex::Kind::edge) continue;
-        curved[x] |= uint64_t{1} << (y * 8 + z);
-      }
+      if (curvedAlone && (!found.curved || found.kind != CreaseVertex::Kind::edge)) continue;
       out.positions[i] = found.position;
       if (found.kind != CreaseVertex::Kind::face) out.sharp[sharp++] = static_cast<uint16_t>(i);
       if (wantNormals) out.normals[i] = found.packedNormal();

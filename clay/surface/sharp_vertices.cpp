@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <bitset>
 #include <optional>
 
 #include "clay/kernels/cell_cases.h"
@@ -59,9 +60,10 @@ bool mayHoldCrease(const float* corners, const uint16_t* cells, int count) noexc
   return false;
 }
 
-void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, const uint64_t (&curved)[8],
-                     ExtractionBuffer& out) {
+void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, ExtractionBuffer& out) {
   CellTable& table = out.table;
+  std::bitset<ExtractionBuffer::kMostVertices> curved;
+  for (const uint16_t index : table.sharp) curved.set(index);
   BrickSurroundings around;
   around.read(field, brick, {});
   TangentPlanes fits(around, kFlat, kBent, kCreased);
@@ -76,9 +78,9 @@ void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, const uint64
           special != table.specials.end() && special->cell == x * 64 + bit ? &*special++ : nullptr;
       const int cx = x + BrickSurroundings::kMargin, cy = y + BrickSurroundings::kMargin,
                 cz = z + BrickSurroundings::kMargin;
-      const bool onCurved = (curved[x] >> bit & 1) != 0;
-      if (!bendy.at(cx, cy, cz)) {
-        if (onCurved) out.sharp[sharp++] = static_cast<uint16_t>(rank);
+      const bool bent = bendy.at(cx, cy, cz);
+      if (!bent && !several) {
+        if (curved[rank]) out.sharp[sharp++] = static_cast<uint16_t>(rank);
         continue;
       }
 
@@ -91,6 +93,10 @@ void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, const uint64
       bool gathered = false;
       for (int loop = 0; loop < loops; ++loop) {
         const size_t index = loop == 0 ? rank : several->extraFirst + static_cast<size_t>(loop) - 1;
+        if (!bent) {
+          if (curved[index]) out.sharp[sharp++] = static_cast<uint16_t>(index);
+          continue;
+        }
         cell.draft = out.positions[index];
         cell.edges = loops > 1 ? c.edgesOf(loop) : c.edges;
         // Where all face one way there are no two faces, and grouping would find none.
@@ -99,15 +105,15 @@ void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, const uint64
           gathered = true;
         }
         const CreaseVertex found = placeAtCrease(cell);
-        if (onCurved && (found.kind == CreaseVertex::Kind::none || found.misfit > kExplained)) {
-          out.sharp[sharp++] = static_cast<uint16_t>(rank);
+        if (curved[index] && (found.kind == CreaseVertex::Kind::none || found.misfit > kExplained)) {
+          out.sharp[sharp++] = static_cast<uint16_t>(index);
           continue;
         }
         if (found.kind == CreaseVertex::Kind::none) {
-          const std::optional<SurfacePoint> bent = placeOnBend(cell.view, cell.edges);
-          if (!bent) continue;
-          out.positions[index] = bent->at + cell.low;
-          if (wantNormals) out.normals[index] = PackedNormal::pack(bent->normal);
+          const std::optional<SurfacePoint> on = placeOnBend(cell.view, cell.edges);
+          if (!on) continue;
+          out.positions[index] = on->at + cell.low;
+          if (wantNormals) out.normals[index] = PackedNormal::pack(on->normal);
           continue;
         }
         out.positions[index] = found.position;

@@ -22,9 +22,9 @@ inline constexpr float kSharpReach = 1.0f;
 /// beside it onto their face, and lists the former in out.table.sharp. Changes no count, no order and no quad; none
 /// ends farther than kSharpReach outside of its cell; those of bent cells without a crease go onto the bend. With
 /// `wantNormals` a moved vertex gets the mean normal of its faces. Scalar arithmetic in a fixed order: equal bits
-/// everywhere. 1 to 2 µs for each cell near a crease. Where flat faces do not explain a cell, one in `curved`
-/// (crispVertices) stays as it is. Method: sharp_features.md.
-void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, const uint64_t (&curved)[8], ExtractionBuffer& out);
+/// everywhere. 1 to 2 µs for each cell near a crease. Where flat faces do not explain a cell, a vertex that is listed
+/// before (crispVertices) stays as it is. Method: sharp_features.md.
+void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, ExtractionBuffer& out);
 
 /// Turns quads, as extractQuads makes them, so that they are split along creases: between two opposite sharp vertices,
 /// which the other diagonal would cut off; of three sharp ones through the middle one, or a triangle would lie along
