@@ -267,14 +267,13 @@ class Places {
     const int all = ratePlanes(planes, kCurved, PlaneTrust::steep), flat = ratePlanes(planes, kFlat, PlaneTrust::steep);
     CreaseVertex found;
     if (static_cast<float>(flat) >= kFlatShare * static_cast<float>(all)) found = placeCrisply(cell, planes, deeper, 2);
-    if ((found.kind == CreaseVertex::Kind::none) && (kinked || creasedAround(cell.view))) {
+    if (found.kind == CreaseVertex::Kind::none && (kinked || creasedAround(cell.view))) {
       ratePlanes(planes, kCurved, PlaneTrust::steep);
-      CreaseVertex other = placeCrisply(cell, planes, deeper, 3);
-      if (other.kind == CreaseVertex::Kind::none) {
+      found = placeCrisply(cell, planes, deeper, 3);
+      if (found.kind == CreaseVertex::Kind::none) {
         ratePlanes(planes, kCurved, PlaneTrust::any);
-        other = placeCrisply(cell, planes, deeper, 1);
+        found = placeCrisply(cell, planes, deeper, 1);
       }
-      if (other.kind != CreaseVertex::Kind::none) found = other;
     }
     const bool open = found.kind == CreaseVertex::Kind::none ? kinked : !found.explained;
     if (!open || !cornersToo || !betweenFlatFaces(planes)) return found;
