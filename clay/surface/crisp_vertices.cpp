@@ -258,32 +258,25 @@ class Corners {
 };
 
 // A vertex of a cell from the planes around it.
-class Places {
- public:
-  explicit Places(const BrickSurroundings& around) : corners_(around) {}
-  CreaseVertex place(const CreaseCell& cell, NearPlanes& planes, bool cornersToo) {
-    const bool kinked = creased(cell.view);
-    const float deeper = kinked ? kDeeperAtCrease : kDeeper;
-    const int all = ratePlanes(planes, kCurved, PlaneTrust::steep), flat = ratePlanes(planes, kFlat, PlaneTrust::steep);
-    CreaseVertex found;
-    if (static_cast<float>(flat) >= kFlatShare * static_cast<float>(all)) found = placeCrisply(cell, planes, deeper, 2);
-    if (found.kind == CreaseVertex::Kind::none && (kinked || creasedAround(cell.view))) {
-      ratePlanes(planes, kCurved, PlaneTrust::steep);
-      found = placeCrisply(cell, planes, deeper, 3);
-      if (found.kind == CreaseVertex::Kind::none) {
-        ratePlanes(planes, kCurved, PlaneTrust::any);
-        found = placeCrisply(cell, planes, deeper, 1);
-      }
+CreaseVertex placeVertex(const CreaseCell& cell, NearPlanes& planes, Corners* corners) {
+  const bool kinked = creased(cell.view);
+  const float deeper = kinked ? kDeeperAtCrease : kDeeper;
+  const int all = ratePlanes(planes, kCurved, PlaneTrust::steep), flat = ratePlanes(planes, kFlat, PlaneTrust::steep);
+  CreaseVertex found;
+  if (static_cast<float>(flat) >= kFlatShare * static_cast<float>(all)) found = placeCrisply(cell, planes, deeper, 2);
+  if (found.kind == CreaseVertex::Kind::none && (kinked || creasedAround(cell.view))) {
+    ratePlanes(planes, kCurved, PlaneTrust::steep);
+    found = placeCrisply(cell, planes, deeper, 3);
+    if (found.kind == CreaseVertex::Kind::none) {
+      ratePlanes(planes, kCurved, PlaneTrust::any);
+      found = placeCrisply(cell, planes, deeper, 1);
     }
-    const bool open = found.kind == CreaseVertex::Kind::none ? kinked : !found.explained;
-    if (!open || !cornersToo || !betweenFlatFaces(planes)) return found;
-    const CreaseVertex corner = corners_.place(cell);
-    return corner.kind == CreaseVertex::Kind::corner || found.kind == CreaseVertex::Kind::none ? corner : found;
   }
-
- private:
-  Corners corners_;
-};
+  const bool open = found.kind == CreaseVertex::Kind::none ? kinked : !found.explained;
+  if (!open || !corners || !betweenFlatFaces(planes)) return found;
+  const CreaseVertex corner = corners->place(cell);
+  return corner.kind == CreaseVertex::Kind::corner || found.kind == CreaseVertex::Kind::none ? corner : found;
+}
 
 }  // namespace
 
@@ -296,7 +289,7 @@ void crispVertices(Sampler& field, Coord brick, const CreaseCells& cells, bool w
   BrickSurroundings around;
   around.read(field, brick, range);
   const CrossedCells crossed(around, range);
-  Places places(around);
+  Corners corners(around);
   NearPlanes planes;
   size_t sharp = 0;
   auto special = out.table.specials.begin();
@@ -316,7 +309,7 @@ void crispVertices(Sampler& field, Coord brick, const CreaseCells& cells, bool w
       const size_t i = loop == 0 ? static_cast<size_t>(k) : special->extraFirst + static_cast<size_t>(loop) - 1;
       cell.draft = out.positions[i];
       cell.edges = several ? c.edgesOf(loop) : c.edges;
-      const CreaseVertex found = places.place(cell, planes, !curvedAlone);
+      const CreaseVertex found = placeVertex(cell, planes, curvedAlone ? nullptr : &corners);
       if (found.kind == CreaseVertex::Kind::none) continue;
       if (curvedAlone && (!found.curved || found.kind != CreaseVertex::Kind::edge)) continue;
       out.positions[i] = found.position;
