@@ -48,16 +48,28 @@ render::Shot shotOf(const Renderer& renderer, render::StereoMode mode) {
   return shot;
 }
 
+struct Settling {
+  int pictures = 0;
+  double slowestMs = 0, allMs = 0;  ///< But for a first that makes shaders.
+};
+
 /// Levels of detail are made over several pictures, shaders with the first.
-int settle(Renderer& renderer, const render::Shot& shot) {
+Settling settle(Renderer& renderer, const render::Shot& shot, bool shadersThere = false) {
+  Settling settling;
   uint64_t before = 0;
-  for (int pictures = 1; pictures <= kMostSettling; ++pictures) {
+  while (settling.pictures < kMostSettling) {
+    Stopwatch watch;
     static_cast<void>(renderer.render(shot, kWidth, kHeight));
+    const double ms = watch.us() / 1000;
+    if (settling.pictures++ > 0 || shadersThere) {
+      settling.slowestMs = std::max(settling.slowestMs, ms);
+      settling.allMs += ms;
+    }
     const Renderer::DrawStats stats = renderer.drawStats();
-    if (stats.levelBytes == 0 && stats.trianglesDrawn == before) return pictures;
+    if (stats.levelBytes == 0 && stats.trianglesDrawn == before) break;
     before = stats.trianglesDrawn;
   }
-  return kMostSettling;
+  return settling;
 }
 
 std::string passes(const std::map<std::string, Samples>& times, const std::vector<std::string>& order) {
@@ -86,7 +98,7 @@ void pictures(BenchReport& report, const BenchOptions& options, Renderer& render
   for (const auto& kind : kinds) {
     renderer.setQuality(kind.quality);
     const render::Shot shot = shotOf(renderer, kind.stereo);
-    const int settled = settle(renderer, shot);
+    const Settling settled = settle(renderer, shot);
     Samples whole;
     std::map<std::string, Samples> times;
     std::vector<std::string> order;
@@ -107,9 +119,11 @@ void pictures(BenchReport& report, const BenchOptions& options, Renderer& render
     r.p99 = whole.quantile(0.99);
     r.chunks = stats.chunksDrawn;
     r.triangles = stats.trianglesDrawn;
-    r.note = fmt::format("{:.1f} frames/s, {:.1f} M triangles/s, {} draw calls, settled after {} pictures; ms:{}",
-                         1e6 / whole.median(), double(stats.trianglesDrawn) / whole.median(), stats.drawCalls, settled,
-                         passes(times, order));
+    r.note = fmt::format(
+        "{:.1f} frames/s, {:.1f} M triangles/s, {} draw calls, settled after {} pictures, "
+        "the slowest {:.1f} ms; ms:{}",
+        1e6 / whole.median(), double(stats.trianglesDrawn) / whole.median(), stats.drawCalls, settled.pictures,
+        settled.slowestMs, passes(times, order));
     report.add(r);
     for (const std::string& pass : order) {
       BenchResult part = times.at(pass).result(path + "/" + pass);
@@ -117,6 +131,34 @@ void pictures(BenchReport& report, const BenchOptions& options, Renderer& render
       report.keep(part);
     }
   }
+}
+
+/// What a model costs until each chunk is drawn at its level: levels made by the device beside levels made by the CPU.
+void levels(BenchReport& report, const Scene& scene, const SurfaceDelta& whole) {
+  using Levels = render::RendererOptions::Levels;
+  std::map<Levels, Settling> settled;
+  for (const Levels by : {Levels::device, Levels::cpu}) {
+    render::RendererOptions options;
+    options.levels = by;
+    options.quality = Quality{}.moving();
+    options.quality.detailPixels = 0;
+    Renderer renderer(options);
+    renderer.update(whole);
+    const render::Shot shot = shotOf(renderer, render::StereoMode::mono);
+    settle(renderer, shot);  // all shaders are there
+    renderer.setQuality(Quality{}.moving());
+    settled[by] = settle(renderer, shot, true);
+  }
+  const auto &device = settled.at(Levels::device), &cpu = settled.at(Levels::cpu);
+  Samples all;
+  all.add(device.allMs * 1000);
+  BenchResult r = all.result("render/levels/" + scene.name);
+  r.peer = cpu.allMs * 1000;
+  r.peerName = "by the CPU";
+  r.note =
+      fmt::format("until all are made, pictures included: {} pictures, the slowest {:.1f} ms; by the CPU {}, {:.1f}",
+                  device.pictures, device.slowestMs, cpu.pictures, cpu.slowestMs);
+  report.add(r);
 }
 
 /// A dab's surface onto the device; beside it what a renderer does that knows nothing of bricks: mesh the whole field,
@@ -214,6 +256,7 @@ void benchRender(BenchReport& report, const BenchOptions& options) {
     r.bytes = stats.bytes;
     r.note = fmt::format("on {}; its surface was made in {:.0f} ms", renderer.deviceName(), extracted / 1000);
     report.add(r);
+    levels(report, scene, delta);
     pictures(report, options, renderer, scene);
     dabs(report, options, renderer, scene);
   }

@@ -11,9 +11,17 @@ constexpr uint32_t kStride = sizeof(VkDrawIndexedIndirectCommand);
 
 }  // namespace
 
-void DrawList::nextPicture() {
+void DrawList::nextPicture(size_t commands) {
   picture_ = (picture_ + 1) % kPictures;
   for (Page& page : pages_[picture_]) page.used = 0;
+  for (std::vector<Page>& pages : pages_)
+    while (pages.size() * kPageCommands < commands) addPage(pages);
+}
+
+void DrawList::addPage(std::vector<Page>& pages) {
+  pages.push_back(
+      {Buffer(gpu_, VkDeviceSize(kPageCommands) * kStride, VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT, Buffer::Memory::upload),
+       0});
 }
 
 uint64_t DrawList::draw(VkCommandBuffer buffer, const std::vector<VkDrawIndexedIndirectCommand>& commands) {
@@ -23,9 +31,7 @@ uint64_t DrawList::draw(VkCommandBuffer buffer, const std::vector<VkDrawIndexedI
   for (size_t done = 0; done < commands.size();) {
     auto page = std::find_if(pages.begin(), pages.end(), [](const Page& p) { return p.used < kPageCommands; });
     if (page == pages.end()) {
-      pages.push_back({Buffer(gpu_, VkDeviceSize(kPageCommands) * kStride, VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
-                              Buffer::Memory::upload),
-                       0});
+      addPage(pages);
       page = pages.end() - 1;
     }
     const auto count =

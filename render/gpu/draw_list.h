@@ -13,8 +13,9 @@ class DrawList {
  public:
   explicit DrawList(Gpu& gpu) : gpu_(gpu) {}
 
-  /// Before the first draw of a picture: commands of kPictures pictures ago are done.
-  void nextPicture();
+  /// Before the first draw of a picture: commands of kPictures pictures ago are done. Takes the memory for
+  /// so many, and for as many in the pictures that follow.
+  void nextPicture(size_t commands);
   /// Draws `commands` with as few calls as the device allows; returns how many.
   uint64_t draw(VkCommandBuffer buffer, const std::vector<VkDrawIndexedIndirectCommand>& commands);
   [[nodiscard]] uint64_t bytes() const;
@@ -25,6 +26,7 @@ class DrawList {
     Buffer buffer;
     uint32_t used = 0;
   };
+  void addPage(std::vector<Page>& pages);
 
   Gpu& gpu_;
   std::array<std::vector<Page>, kPictures> pages_;

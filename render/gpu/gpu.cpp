@@ -166,6 +166,8 @@ void Gpu::createDevice() {
   auto features12 = structure<VkPhysicalDeviceVulkan12Features>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES);
   features12.pNext = &features11;
   features12.timelineSemaphore = VK_TRUE;
+  kernels_ = canRunKernels(physical_, family_);
+  features12.bufferDeviceAddress = kernels_ ? VK_TRUE : VK_FALSE;
   auto features = structure<VkPhysicalDeviceVulkan13Features>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES);
   features.pNext = &features12;
   features.dynamicRendering = VK_TRUE;
@@ -274,7 +276,7 @@ void Gpu::reclaim() {
   }
 }
 
-VkDeviceMemory Gpu::allocate(const VkMemoryRequirements& needs, Buffer::Memory use) {
+VkDeviceMemory Gpu::allocate(const VkMemoryRequirements& needs, Buffer::Memory use, bool addressed) {
   constexpr VkMemoryPropertyFlags host = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
   VkMemoryPropertyFlags required = 0, liked = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
   if (use == Buffer::Memory::upload) required = host, liked = 0;
@@ -288,6 +290,9 @@ VkDeviceMemory Gpu::allocate(const VkMemoryRequirements& needs, Buffer::Memory u
       auto info = structure<VkMemoryAllocateInfo>(VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO);
       info.allocationSize = needs.size;
       info.memoryTypeIndex = type;
+      auto flagged = structure<VkMemoryAllocateFlagsInfo>(VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO);
+      flagged.flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT;
+      if (addressed) info.pNext = &flagged;
       VkDeviceMemory memory = VK_NULL_HANDLE;
       const VkResult result = vkAllocateMemory(device_, &info, nullptr, &memory);
       if (result == VK_SUCCESS) {
@@ -320,7 +325,7 @@ Buffer::Buffer(Gpu& gpu, VkDeviceSize size, VkBufferUsageFlags usage, Memory mem
     gpu.check(vkCreateBuffer(gpu.device(), &info, nullptr, &handle_), "making a buffer");
     VkMemoryRequirements needs;
     vkGetBufferMemoryRequirements(gpu.device(), handle_, &needs);
-    memory_ = gpu.allocate(needs, memory);
+    memory_ = gpu.allocate(needs, memory, (usage & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT) != 0);
     taken_ = needs.size;
     gpu.check(vkBindBufferMemory(gpu.device(), handle_, memory_, 0), "binding a buffer");
     if (memory != Memory::device) {
@@ -355,6 +360,12 @@ void Buffer::reset() {
   memory_ = VK_NULL_HANDLE;
   size_ = 0;
   mapped_ = nullptr;
+}
+
+VkDeviceAddress Buffer::address() const {
+  auto info = structure<VkBufferDeviceAddressInfo>(VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO);
+  info.buffer = handle_;
+  return vkGetBufferDeviceAddress(gpu_->device(), &info);
 }
 
 VkImageAspectFlags Texture::aspect() const {

@@ -46,6 +46,8 @@ class Buffer {
   [[nodiscard]] VkBuffer handle() const { return handle_; }
   [[nodiscard]] VkDeviceSize size() const { return size_; }
   [[nodiscard]] std::byte* mapped() const { return mapped_; }  ///< Null for device memory.
+  /// For kernels; of a buffer made with VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT.
+  [[nodiscard]] VkDeviceAddress address() const;
 
  private:
   Gpu* gpu_ = nullptr;
@@ -131,6 +133,9 @@ class Gpu {
   [[nodiscard]] VkQueue queue() const { return queue_; }
   [[nodiscard]] uint32_t family() const { return family_; }
   [[nodiscard]] bool hasSwapchains() const { return swapchains_; }
+  /// Whether its queue runs kernels, which may be given the addresses of buffers.
+  [[nodiscard]] bool hasKernels() const { return kernels_; }
+  [[nodiscard]] bool software() const { return properties_.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU; }
   [[nodiscard]] const VkPhysicalDeviceProperties& properties() const { return properties_; }
   [[nodiscard]] bool validating() const { return messenger_ != VK_NULL_HANDLE; }
 
@@ -148,8 +153,9 @@ class Gpu {
   [[nodiscard]] bool lost() const { return lost_; }
   void loseAtNextSubmit() { loseNext_ = true; }
 
-  /// Memory of the best matching type. Throws Error when there is none left.
-  VkDeviceMemory allocate(const VkMemoryRequirements& needs, Buffer::Memory use);
+  /// Memory of the best matching type; `addressed`: for a buffer that has an address. Throws Error when there is none
+  /// left.
+  VkDeviceMemory allocate(const VkMemoryRequirements& needs, Buffer::Memory use, bool addressed = false);
   void free(VkDeviceMemory memory, VkDeviceSize size) noexcept;
   [[nodiscard]] VkDeviceSize allocatedBytes() const { return allocated_; }
 
@@ -169,7 +175,7 @@ class Gpu {
   VkPhysicalDeviceProperties properties_{};
   VkPhysicalDeviceMemoryProperties memory_{};
   uint32_t family_ = 0;
-  bool swapchains_ = false;
+  bool swapchains_ = false, kernels_ = false;
   VkDevice device_ = VK_NULL_HANDLE;
   VkQueue queue_ = VK_NULL_HANDLE;
   VkCommandPool pool_ = VK_NULL_HANDLE;

@@ -103,6 +103,18 @@ std::optional<uint32_t> graphicsFamily(VkPhysicalDevice device) {
   return std::nullopt;
 }
 
+bool canRunKernels(VkPhysicalDevice device, uint32_t family) {
+  uint32_t count = 0;
+  vkGetPhysicalDeviceQueueFamilyProperties(device, &count, nullptr);
+  std::vector<VkQueueFamilyProperties> families(count);
+  vkGetPhysicalDeviceQueueFamilyProperties(device, &count, families.data());
+  auto twelve = structure<VkPhysicalDeviceVulkan12Features>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES);
+  auto features = structure<VkPhysicalDeviceFeatures2>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2);
+  features.pNext = &twelve;
+  vkGetPhysicalDeviceFeatures2(device, &features);
+  return (families[family].queueFlags & VK_QUEUE_COMPUTE_BIT) != 0 && twelve.bufferDeviceAddress == VK_TRUE;
+}
+
 std::vector<VkPhysicalDevice> usableDevices(VkInstance instance) {
   uint32_t count = 0;
   vkEnumeratePhysicalDevices(instance, &count, nullptr);

@@ -33,6 +33,9 @@ VkInstance makeInstance(bool validation, const void* next);
 /// The first queue family that draws.
 std::optional<uint32_t> graphicsFamily(VkPhysicalDevice device);
 
+/// Whether that family runs kernels and these may be given the addresses of buffers. Vulkan 1.3 asks for the second.
+bool canRunKernels(VkPhysicalDevice device, uint32_t family);
+
 /// Devices that can run the renderer, best first.
 std::vector<VkPhysicalDevice> usableDevices(VkInstance instance);
 

@@ -115,7 +115,8 @@ Gpu::Ticket SurfaceBuffers::Staging::send() {
 
 void SurfaceBuffers::Staging::grow(Buffer& buffer, VkDeviceSize size, VkBufferUsageFlags usage) {
   if (size <= buffer.size()) return;
-  Buffer larger(owner_.gpu_, size, usage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+  Buffer larger(owner_.gpu_, size,
+                usage | owner_.usage_ | VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
                 Buffer::Memory::device);
   if (buffer.size() > 0) {
     gpu().run([&](VkCommandBuffer commands) {

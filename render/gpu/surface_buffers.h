@@ -10,7 +10,9 @@ namespace argil::render {
 /// One vertex and one index buffer for all pieces, written through a staging buffer. Grow by copying on the device.
 class SurfaceBuffers {
  public:
-  explicit SurfaceBuffers(Gpu& gpu) : gpu_(gpu) {}
+  /// `forKernels`: kernels may be given their addresses.
+  SurfaceBuffers(Gpu& gpu, bool forKernels)
+      : gpu_(gpu), usage_(forKernels ? VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT : 0) {}
 
   /// What `write` sends to the sink lies on the device when this returns.
   template <class Write>
@@ -25,6 +27,12 @@ class SurfaceBuffers {
 
   [[nodiscard]] BufferRanges& ranges() { return ranges_; }
   [[nodiscard]] VkBuffer vertices() const { return vertices_.handle(); }
+  struct Addresses {
+    VkDeviceAddress vertices, indices, paint;  ///< paint: where there is some.
+  };
+  [[nodiscard]] Addresses addresses() const {
+    return {vertices_.address(), indices_.address(), painted() ? paint_.address() : 0};
+  }
   /// One PackedPaint a vertex where something is painted; else one for all of them.
   [[nodiscard]] VkBuffer paint();
   [[nodiscard]] bool painted() const { return paint_.handle() != VK_NULL_HANDLE; }
@@ -62,6 +70,7 @@ class SurfaceBuffers {
   };
 
   Gpu& gpu_;
+  VkBufferUsageFlags usage_;
   BufferRanges ranges_;
   Buffer vertices_, indices_, paint_, unpainted_, staging_;
 };

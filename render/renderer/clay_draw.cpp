@@ -15,6 +15,8 @@ constexpr size_t kQuadsAPicture = 250'000;
 /// or more where pictures are slow for want of them: this part of the triangles that the last one drew, a small part of
 /// its time.
 constexpr double kQuadsATriangle = 0.5;
+/// Where the device makes them: its own part is small, telling it which bricks there are takes some 5 ms.
+constexpr size_t kQuadsOnDevice = 2'000'000;
 
 }  // namespace
 
@@ -78,15 +80,7 @@ Model::Local Model::toLocal(const Piece& piece, const PieceLook& look, const Sig
                     : Local(sight, look, 1, Vec3d::Zero());
 }
 
-void Model::prepare(const Sight& sight) {
-  list_.nextPicture();
-  levelBytes_ = 0;
-  size_t left = std::max(kQuadsAPicture, size_t(kQuadsATriangle * double(drawn_)));
-  struct Wish {
-    SurfaceLayout* clay;
-    size_t chunk;
-    int level;
-  };
+std::vector<Model::Wish> Model::wishesOf(const Sight& sight) {
   std::vector<Wish> wishes;
   for (auto& [id, piece] : pieces_) {
     if (!piece.clay) continue;
@@ -100,7 +94,29 @@ void Model::prepare(const Sight& sight) {
       if (!draws[i].levels[size_t(level)].made || !draws[i].coned) wishes.push_back({piece.clay.get(), i, level});
     }
   }
+  return wishes;
+}
+
+void Model::prepare(const Sight& sight) {
+  size_t draws = 0;
+  for (const auto& [id, piece] : pieces_)
+    draws += !lookOf(id).visible ? 0 : piece.clay ? piece.clay->draws().size() : 1;
+  list_.nextPicture(draws);
+  levelBytes_ = 0;
+  const std::vector<Wish> wishes = wishesOf(sight);
   if (wishes.empty()) return;
+  try {
+    if (onDevice_)
+      makeOnDevice(wishes);
+    else
+      makeHere(wishes);
+  } catch (const Error&) {  // no memory left for what only saves time
+    if (kernel_) kernel_->release();
+  }
+}
+
+void Model::makeHere(std::span<const Wish> wishes) {
+  size_t left = std::max(kQuadsAPicture, size_t(kQuadsATriangle * double(drawn_)));
   const UploadStats stats = buffers_.update([&](UploadSink& sink) {
     for (const Wish& wish : wishes) {
       try {
@@ -108,15 +124,51 @@ void Model::prepare(const Sight& sight) {
         if (cost >= left) return;
         left -= cost;
       } catch (const Error&) {
-        return;  // no memory left for what only saves time
+        return;  // what was made before is sent
       }
     }
   });
   levelBytes_ = stats.bytes;
 }
 
+void Model::makeOnDevice(std::span<const Wish> wishes) {
+  size_t left = kQuadsOnDevice;
+  LevelBatch batch;
+  size_t first = 0;
+  for (size_t i = 0; i < wishes.size() && left > 0; ++i) {
+    left -= std::min(left, wishes[i].clay->describeLevel(wishes[i].chunk, wishes[i].level, batch));
+    if (!LevelKernel::full(batch) && left > 0 && i + 1 < wishes.size()) continue;
+    makeBatch(batch, wishes.subspan(first, i + 1 - first));
+    first = i + 1;
+    batch = {};
+  }
+}
+
+/// Throws Error where there is no memory for some; those that were placed are there.
+void Model::makeBatch(LevelBatch& batch, std::span<const Wish> wishes) {
+  const std::span<const LevelSize> sizes = kernel_->measure(batch);
+  size_t placed = 0;
+  try {
+    buffers_.update([&](UploadSink& sink) {
+      try {
+        for (; placed < wishes.size(); ++placed) {
+          const Wish& wish = wishes[placed];
+          wish.clay->takeLevel(wish.chunk, wish.level, sizes[placed], batch.chunks[placed], sink);
+        }
+      } catch (const Error&) {  // what fits is made
+      }
+    });
+    kernel_->write(batch, placed);
+  } catch (...) {
+    for (const Wish& wish : wishes.first(placed)) wish.clay->dropLevels(wish.chunk);
+    throw;
+  }
+  levelBytes_ += batch.bricks.size() * sizeof(LevelBrick) + batch.chunks.size() * sizeof(LevelChunk);
+  if (placed < wishes.size()) throw Error("no memory is left for levels of detail", Error::Kind::work);
+}
+
 void Model::draw(VkCommandBuffer commands, VkPipelineLayout layout, const Sight& sight, Kind kind,
-                 Renderer::DrawStats* stats) {
+                 Renderer::DrawStats* stats, const Sight* seen) {
   const uint64_t before = stats ? stats->trianglesDrawn : 0;
   if (pieces_.empty() || !buffers_.vertices()) return;
   const VkBuffer vertices[] = {buffers_.vertices(), buffers_.paint()};
@@ -127,6 +179,7 @@ void Model::draw(VkCommandBuffer commands, VkPipelineLayout layout, const Sight&
     const PieceLook& look = lookOf(id);
     if (!look.visible || (kind == Kind::clay) != (piece.clay != nullptr)) continue;
     const Local local = toLocal(piece, look, sight);
+    const auto fromEye = seen ? std::optional(toLocal(piece, look, *seen)) : std::nullopt;
     commands_.clear();
     const auto add = [&](const ChunkDraw::Range& range) {
       if (range.indexCount == 0) return;
@@ -148,7 +201,8 @@ void Model::draw(VkCommandBuffer commands, VkPipelineLayout layout, const Sight&
           if (stats) ++stats->chunksCulled;
           continue;
         }
-        add(chunk.at(sight.detailPixels > 0 ? local.level(chunk) : 0));
+        const int level = std::max(local.level(chunk), fromEye ? fromEye->level(chunk) : 0);
+        add(chunk.at(sight.detailPixels > 0 ? level : 0));
       }
     }
     if (commands_.empty()) continue;
@@ -198,9 +252,11 @@ Sight Renderer::State::sight(const FramePlan& plan) const {
 }
 
 void Renderer::State::drawClay(VkCommandBuffer commands, const FramePlan& plan, bool intoShadow) {
-  Sight from = sight(plan);
+  const Sight seen = sight(plan);
+  Sight from = seen;
   if (intoShadow) {
-    // Parallel rays from the light; all of the clay is in the map. A texel holds what a pixel may.
+    // Parallel rays from the light; all of the clay is in the map. A texel holds what a pixel may, and what is in the
+    // picture casts the shadow of the level that the picture shows.
     const auto& x = plan.uniforms.shadowX;
     const double reach = 1 / std::hypot(double(x[0]), double(x[1]), double(x[2]));
     from.perspective = false;
@@ -213,7 +269,7 @@ void Renderer::State::drawClay(VkCommandBuffer commands, const FramePlan& plan, 
   variant.painted = model.painted();
   for (const Kind kind : {Kind::clay, Kind::parts}) {
     bind(commands, intoShadow ? Pass::shadow : kind == Kind::clay ? Pass::clay : Pass::part);
-    model.draw(commands, pipelines.layout(), from, kind, intoShadow ? nullptr : &stats);
+    model.draw(commands, pipelines.layout(), from, kind, intoShadow ? nullptr : &stats, intoShadow ? &seen : nullptr);
   }
 }
 

@@ -33,8 +33,14 @@ void keepFreedMemory() {
 
 }  // namespace
 
-Model::Model(Gpu& gpu) : buffers_(gpu), list_(gpu) {
-  if (gpu.properties().deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU) keepFreedMemory();
+Model::Model(Gpu& gpu, RendererOptions::Levels levels)
+    : gpu_(gpu),
+      onDevice_(
+          LevelKernel::possibleOn(gpu) &&
+          (levels == RendererOptions::Levels::automatic ? !gpu.software() : levels == RendererOptions::Levels::device)),
+      buffers_(gpu, onDevice_),
+      list_(gpu) {
+  if (gpu.software()) keepFreedMemory();
   buffers_.ranges().onFull([this] {
     bool any = false;
     for (auto& [id, piece] : pieces_) any |= piece.clay && piece.clay->dropKept();
@@ -43,6 +49,7 @@ Model::Model(Gpu& gpu) : buffers_(gpu), list_(gpu) {
 }
 
 UploadStats Model::update(PieceId id, const clay::SurfaceDelta& delta) {
+  if (onDevice_ && !kernel_) kernel_.emplace(gpu_, buffers_);  // here, rather than while the picture moves
   Piece& piece = pieces_[id];
   piece.part.reset();
   if (!piece.clay) piece.clay = std::make_unique<SurfaceLayout>(buffers_.ranges());

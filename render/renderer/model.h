@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "render/gpu/draw_list.h"
+#include "render/gpu/level_kernel.h"
 #include "render/gpu/surface_buffers.h"
 #include "render/renderer/frame.h"
 #include "render/renderer/pipelines.h"
@@ -28,7 +29,7 @@ struct Sight {
 
 class Model {
  public:
-  explicit Model(Gpu& gpu);
+  Model(Gpu& gpu, RendererOptions::Levels levels);
 
   UploadStats update(PieceId id, const clay::SurfaceDelta& delta);
   UploadStats updatePart(PieceId id, const clay::TriangleMesh& mesh);
@@ -41,7 +42,7 @@ class Model {
   [[nodiscard]] uint64_t triangleCount() const;
   [[nodiscard]] std::optional<Renderer::Hit> pick(const Vec3d& originMm, const Vec3d& unit,
                                                   const std::optional<Section>& section) const;
-  [[nodiscard]] uint64_t bytes() const { return buffers_.bytes() + list_.bytes(); }
+  [[nodiscard]] uint64_t bytes() const { return buffers_.bytes() + list_.bytes() + (kernel_ ? kernel_->bytes() : 0); }
 
   // Drawing (clay_draw.cpp)
 
@@ -52,9 +53,10 @@ class Model {
   [[nodiscard]] bool painted() const { return buffers_.painted(); }
   [[nodiscard]] uint64_t levelBytes() const { return levelBytes_; }  ///< That the last prepare() uploaded.
   enum class Kind : uint8_t { clay, parts };
-  /// Records draws of what is in sight, each piece with its constants, into the bound pipeline.
+  /// Records draws of what is in sight, each piece with its constants, into the bound pipeline. `seen`: a level that is
+  /// fine enough for that sight will do.
   void draw(VkCommandBuffer commands, VkPipelineLayout layout, const Sight& sight, Kind kind,
-            Renderer::DrawStats* stats);
+            Renderer::DrawStats* stats, const Sight* seen = nullptr);
 
  private:
   struct Piece {
@@ -66,13 +68,26 @@ class Model {
     [[nodiscard]] Vec3d originMm() const { return clay ? clay->grid().originMm : part->originMm(); }
   };
   struct Local;
+  struct Wish {
+    SurfaceLayout* clay;
+    size_t chunk;
+    int level;
+  };
 
   [[nodiscard]] const PieceLook& lookOf(PieceId id) const;
   [[nodiscard]] const Box& boundsOf(PieceId id, const Piece& piece) const;
   [[nodiscard]] PieceConstants constants(const Piece& piece, const PieceLook& look, const Sight& sight) const;
   [[nodiscard]] Local toLocal(const Piece& piece, const PieceLook& look, const Sight& sight) const;
 
-  SurfaceBuffers buffers_;  // before the pieces: they give their ranges back
+  [[nodiscard]] std::vector<Wish> wishesOf(const Sight& sight);
+  void makeHere(std::span<const Wish> wishes);
+  void makeOnDevice(std::span<const Wish> wishes);
+  void makeBatch(LevelBatch& batch, std::span<const Wish> wishes);
+
+  Gpu& gpu_;
+  bool onDevice_;                      // levels are made there
+  SurfaceBuffers buffers_;             // before the pieces: they give their ranges back
+  std::optional<LevelKernel> kernel_;  // once there is clay
   DrawList list_;
   std::map<PieceId, Piece> pieces_;
   std::map<PieceId, PieceLook> looks_;

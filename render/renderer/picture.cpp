@@ -99,7 +99,6 @@ FramePlan Renderer::State::prepare(const Shot& shot, int width, int height, cons
   if (panels) ui.upload(*panels, slot);
   variant = variantOf(plan, used.supersample);
   stats = {};
-  model.prepare(sight(plan));
   return plan;
 }
 
@@ -131,14 +130,18 @@ void Renderer::State::recordPanels(VkCommandBuffer commands, const UiFrame& pane
   transition(commands, targets.framed, kDrawn, kCopyFrom);
 }
 
+void Renderer::State::reserveReadBack() {
+  const VkDeviceSize bytes = 4 * VkDeviceSize(targets.width) * VkDeviceSize(targets.height);
+  if (targets.readback.size() >= bytes) return;
+  targets.readback = Buffer(gpu, bytes, VK_BUFFER_USAGE_TRANSFER_DST_BIT, Buffer::Memory::readback);
+}
+
 Image Renderer::State::readBack(const Texture& source) {
   static_assert(kPictureFormat == VK_FORMAT_B8G8R8A8_UNORM);
   const VkExtent2D extent = source.extent();
   Image image{int(extent.width), int(extent.height), {}};
   image.rgba.resize(4 * size_t(extent.width) * extent.height);
-  if (targets.readback.size() < image.rgba.size()) {
-    targets.readback = Buffer(gpu, image.rgba.size(), VK_BUFFER_USAGE_TRANSFER_DST_BIT, Buffer::Memory::readback);
-  }
+  reserveReadBack();
   gpu.run([&](VkCommandBuffer commands) {
     VkBufferImageCopy copy{};
     copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
@@ -162,6 +165,8 @@ Image Renderer::render(const Shot& shot, int width, int height, const UiFrame* p
   State& s = *state_;
   s.keepShown();
   const FramePlan plan = s.prepare(shot, width, height, panels);
+  s.reserveReadBack();
+  s.model.prepare(s.sight(plan));
   s.frame().ticket = s.gpu.submit([&](VkCommandBuffer commands) { s.recordFrame(commands, plan, panels); });
   return s.readBack(panels ? s.targets.framed : s.targets.picture);
 }

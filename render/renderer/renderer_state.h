@@ -41,22 +41,22 @@ struct Renderer::State {
         quality(options.quality),
         gpu(options, log),
         pipelines(gpu),
-        model(gpu),
+        model(gpu, options.levels),
         timer(gpu),
         uniforms(gpu, sizeof(FrameUniforms), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
                  Buffer::Memory::device),
         name(gpu.properties().deviceName),
         // Mesa 22.3's llvmpipe draws triangles over whole tiles of the second view into the first.
         eyesTogether(options.eyes == RendererOptions::Eyes::together ||
-                     (options.eyes == RendererOptions::Eyes::automatic &&
-                      gpu.properties().deviceType != VK_PHYSICAL_DEVICE_TYPE_CPU)),
+                     (options.eyes == RendererOptions::Eyes::automatic && !gpu.software())),
         ui(gpu, kPictureFormat) {}
   ~State() { gpu.settle(); }
 
   // Pictures (picture.cpp, passes.cpp)
 
   /// Checks a picture that was asked for, plans it, makes its images, takes the slot of the frame before the last when
-  /// the device is done with it, and uploads what the picture needs.
+  /// the device is done with it, and uploads what the picture needs. Levels of detail come after that
+  /// (Model::prepare): all that a picture cannot do without has its memory by then.
   FramePlan prepare(const Shot& shot, int width, int height, const UiFrame* panels);
   /// All passes. Ends with the picture in `targets.picture`, as a colour attachment that was just written.
   void recordPicture(VkCommandBuffer commands, const FramePlan& plan);
@@ -65,6 +65,7 @@ struct Renderer::State {
   void recordFrame(VkCommandBuffer commands, const FramePlan& plan, const UiFrame* panels);
   /// Panels over the picture that `targets.picture` holds.
   void recordPanels(VkCommandBuffer commands, const UiFrame& panels);
+  void reserveReadBack();
   /// What was drawn last, with or without its panels; waits for it.
   [[nodiscard]] Image readBack(const Texture& source);
   /// The slot of the frame before the last, once the device is done with it.

@@ -87,6 +87,7 @@ bool Renderer::presentFrame(const Shot* shot, const UiFrame& panels) {
     FramePlan plan;
     if (shot) {
       plan = s.prepare(*shot, width, height, &panels);
+      s.model.prepare(s.sight(plan));
     } else {
       if (s.targets.width != width || s.targets.height != height) return false;
       s.ui.check(panels);

@@ -12,31 +12,22 @@ layout(location = 0) out vec4 tint;
 layout(location = 1) out vec2 place;          // samples from the segment's start: along, aside
 layout(location = 2) out flat vec3 lengthWidthEnds;
 
+// One way through for all: with a branch and an early return, a driver (NVIDIA 580.159) leaves the second eye of a
+// multiview pass without the positions of lines on the screen.
 void main() {
-  vec4 ca, cb;
-  float strength = mode.strength;
-  if (mode.onScreen > 0.5) {
-    ca = vec4(a.xy / frame.size.xy * 2.0 - 1.0, 0.0, 1.0);
-    cb = vec4(b.xy / frame.size.xy * 2.0 - 1.0, 0.0, 1.0);
-  } else {
-    // A few samples nearer, so that a path on the clay is not half inside it.
-    vec3 forward = eye().forward.xyz;
-    float za = dot(forward, a.xyz), zb = dot(forward, b.xyz);
-    ca = toClip(a.xyz - forward * (4.0 * mmPerSample(za)));
-    cb = toClip(b.xyz - forward * (4.0 * mmPerSample(zb)));
-    if (b.w < 4.0) strength *= 1.0 - fadeAt(0.5 * (za + zb));
-    // Cut at a plane before the eye, where the projection turns over.
-    float least = 1e-4 * max(abs(ca.w), abs(cb.w));
-    if (ca.w < least && cb.w < least) {
-      gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
-      tint = vec4(0.0);
-      place = vec2(0.0);
-      lengthWidthEnds = vec3(0.0);
-      return;
-    }
-    if (ca.w < least) ca = mix(cb, ca, (cb.w - least) / (cb.w - ca.w));
-    else if (cb.w < least) cb = mix(ca, cb, (ca.w - least) / (ca.w - cb.w));
-  }
+  const bool onScreen = mode.onScreen > 0.5;
+  // A few samples nearer, so that a path on the clay is not half inside it.
+  vec3 forward = eye().forward.xyz;
+  float za = dot(forward, a.xyz), zb = dot(forward, b.xyz);
+  vec4 ca = toClip(a.xyz - forward * (4.0 * mmPerSample(za))), cb = toClip(b.xyz - forward * (4.0 * mmPerSample(zb)));
+  float strength = mode.strength * (onScreen || b.w >= 4.0 ? 1.0 : 1.0 - fadeAt(0.5 * (za + zb)));
+  if (onScreen) ca = vec4(a.xy / frame.size.xy * 2.0 - 1.0, 0.0, 1.0);
+  if (onScreen) cb = vec4(b.xy / frame.size.xy * 2.0 - 1.0, 0.0, 1.0);
+  // Cut at a plane before the eye, where the projection turns over.
+  float least = 1e-4 * max(abs(ca.w), abs(cb.w));
+  const bool behind = ca.w < least && cb.w < least;
+  if (ca.w < least && !behind) ca = mix(cb, ca, (cb.w - least) / (cb.w - ca.w));
+  if (cb.w < least && !behind) cb = mix(ca, cb, (ca.w - least) / (ca.w - cb.w));
   vec2 sa = ca.xy / ca.w * 0.5 * frame.size.xy, sb = cb.xy / cb.w * 0.5 * frame.size.xy;
   float len = length(sb - sa);
   vec2 along = len > 1e-6 ? (sb - sa) / len : vec2(1.0, 0.0);
@@ -46,7 +37,7 @@ void main() {
   vec2 corner = corners[gl_VertexIndex];
   vec4 c = corner.x > 0.5 ? cb : ca;
   vec2 offset = along * (corner.x > 0.5 ? reach : -reach) + aside * corner.y * reach;
-  gl_Position = c + vec4(offset / (0.5 * frame.size.xy) * c.w, 0.0, 0.0);
+  gl_Position = behind ? vec4(2.0, 2.0, 2.0, 1.0) : c + vec4(offset / (0.5 * frame.size.xy) * c.w, 0.0, 0.0);
   place = vec2(corner.x > 0.5 ? len + reach : -reach, corner.y * reach);
   lengthWidthEnds = vec3(len, a.w, mod(b.w, 4.0));
   tint = vec4(colour.rgb, colour.a * strength);

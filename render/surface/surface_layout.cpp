@@ -23,12 +23,8 @@ uint32_t withChunkSlack(uint64_t count) {
   return uint32_t(count + count / 4 + 64);
 }
 
-// The nearest unit. Added to a number above zero, since then dropping the fraction rounds down, in one instruction.
-int32_t fixedPoint(int32_t voxel, float offset) {
-  constexpr int kAbove = 2 * clay::kBrickEdge;  // vertices stand at most a voxel outside of their brick
-  const auto above = int32_t(double(offset) * kUnitsPerVoxel + (kAbove * double(kUnitsPerVoxel) + 0.5));
-  const int64_t units = int64_t(voxel - kAbove) * kUnitsPerVoxel + above;
-  return int32_t(std::clamp<int64_t>(units, INT32_MIN, INT32_MAX));
+int32_t fixedPoint(int32_t voxel, int32_t units) {
+  return int32_t(std::clamp<int64_t>(int64_t(voxel) * kUnitsPerVoxel + units, INT32_MIN, INT32_MAX));
 }
 
 }  // namespace
@@ -225,8 +221,8 @@ void SurfaceLayout::takePaint(const clay::SurfaceDelta& delta, Works& works) {
 
 SurfaceVertex SurfaceLayout::vertexOf(const clay::BrickMesh& mesh, size_t index) {
   const Coord base = mesh.brick * clay::kBrickEdge;
-  const Vec3f& p = mesh.positions[index];
-  return {fixedPoint(base.x, p.x()), fixedPoint(base.y, p.y()), fixedPoint(base.z, p.z()), mesh.normals[index]};
+  const Units at = inUnits(mesh.positions[index]);
+  return {fixedPoint(base.x, at[0]), fixedPoint(base.y, at[1]), fixedPoint(base.z, at[2]), mesh.normals[index]};
 }
 
 PackedPaint packPaint(const clay::VertexPaint& paint, const MaterialColours& materials) {

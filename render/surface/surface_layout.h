@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "clay/surface/vertex_channels.h"
+#include "render/surface/level_batch.h"
 #include "render/surface/range_allocator.h"
 #include "render/view/colour.h"
 #include "render/view/lod.h"
@@ -20,9 +21,6 @@
 
 namespace argil::render {
 
-/// Vertices lie at this many units a voxel, counted from voxel (0, 0, 0): a brick's reach of ±131 072 voxels fills 32
-/// bits.
-inline constexpr int kUnitsPerVoxel = 1 << 14;
 /// Index ranges are handed out in steps of a quad's two triangles.
 inline constexpr uint32_t kIndicesPerQuad = 6;
 
@@ -161,6 +159,17 @@ class SurfaceLayout {
   /// Returns the quads that were read: the cost, about 60 ns each.
   size_t prepareChunk(size_t at, int level, UploadSink& sink);
 
+  // The same, made by a device (render/gpu/level_kernel.h).
+
+  /// Adds what a device has to know to make `level` and the cone of draws()[at], which is at rest; level 0: the cone
+  /// alone. Returns the quads that it will read. About 100 ns a brick.
+  size_t describeLevel(size_t at, int level, LevelBatch& batch) const;
+  /// Takes ranges for what describeLevel() had measured, says in `chunk` where they are, and draws them from now on:
+  /// they are to be written before the next picture. Throws Error (work) where there is no memory; nothing has changed.
+  void takeLevel(size_t at, int level, const LevelSize& size, LevelChunk& chunk, UploadSink& sink);
+  /// Gives all levels of draws()[at] back: they were not written.
+  void dropLevels(size_t at) { dropLevels(chunks_.at(draws_[at].chunk)); }
+
   static constexpr uint64_t kRestPictures = 8;
 
  private:
@@ -199,6 +208,7 @@ class SurfaceLayout {
   using Lower = std::array<const Chunk*, 8>;
   struct ChunkWork;
   class Works;
+  class NamedBricks;
   // A chunk that was replaced, with what its indices relied on.
   struct KeptChunk {
     std::map<Coord, Chunk>::node_type node;  // empty: there was none
@@ -249,6 +259,7 @@ class SurfaceLayout {
   const Box& tightBox(const Chunk& chunk) const;
   NormalCone coneOf(const Chunk& chunk) const;
   void makeLevel(Chunk& chunk, int level, UploadSink& sink);
+  const ChunkLevel& placeLevel(Chunk& chunk, int level, uint32_t vertices, uint32_t triangles, UploadSink& sink);
 
   BufferRanges* ranges_;
   uint64_t mostKept_;

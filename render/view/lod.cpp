@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "clay/surface/sharp_vertices.h"
 
@@ -9,41 +10,64 @@ namespace argil::render {
 namespace {
 
 constexpr uint16_t kNone = UINT16_MAX;
-/// Vertices of a brick's last layer of cells lie behind this: fine ones stand up to clay::kSharpReach outside of their
-/// cell.
-constexpr float kLastLayer = float(clay::kBrickEdge - 1) - clay::kSharpReach;
+/// Fine vertices stand up to clay::kSharpReach outside of their cell.
+static_assert(kLastLayerUnits == int32_t((clay::kBrickEdge - 1 - clay::kSharpReach) * kUnitsPerVoxel));
 
 /// Of the vertices in one group of cells: those on one side along the axis that most of them face along, so that a thin
 /// wall does not collapse and each side keeps its light.
 struct Cluster {
-  Vec3f sum = Vec3f::Zero();
-  uint32_t count = 0;
-  float nearest = 0;
+  Units sum{};
+  int32_t count = 0;
+  uint32_t nearest = UINT32_MAX;
   uint16_t vertex = kNone;
 };
 
-/// Rounding of normals is 0.006°; their lengths may be off by as much.
-constexpr float kConeSlack = 2e-4f;
+/// Where a vertex faces, in 32 767ths of the sum of the three. Integers, as all here: a device finds the same.
+Units facing(clay::PackedNormal normal) {
+  constexpr int32_t kOne = 32767;
+  const int32_t u = normal.u, v = normal.v, up = kOne - std::abs(u) - std::abs(v);
+  if (up >= 0) return {u, v, up};
+  return {(kOne - std::abs(v)) * (u < 0 ? -1 : 1), (kOne - std::abs(u)) * (v < 0 ? -1 : 1), up};
+}
+
+/// The square of the distance from the mean, in steps of 8 units: groups are so small that it fits.
+uint32_t offMean(const Units& at, const Cluster& cluster) {
+  uint32_t square = 0;
+  for (size_t axis = 0; axis < 3; ++axis) {
+    const int32_t off = (at[axis] - cluster.sum[axis] / cluster.count) / 8;
+    square += uint32_t(off * off);
+  }
+  return square;
+}
+
 /// Wider cones hide nothing worth the test.
 constexpr float kWidest = 0.05f;
 
 }  // namespace
 
+Units inUnits(const Vec3f& voxels) {
+  // The nearest unit. Added to a number above zero, since then dropping the fraction rounds down, in one instruction.
+  constexpr int kAbove = 2 * clay::kBrickEdge;  // vertices stand at most a voxel outside of their brick
+  const auto one = [](float voxel) {
+    return int32_t(double(voxel) * kUnitsPerVoxel + (kAbove * double(kUnitsPerVoxel) + 0.5)) - kAbove * kUnitsPerVoxel;
+  };
+  return {one(voxels.x()), one(voxels.y()), one(voxels.z())};
+}
+
 void representatives(const clay::BrickMesh& mesh, int level, unsigned locked, std::vector<uint16_t>& out) {
   const size_t count = mesh.positions.size();
   out.resize(count);
   std::array<Cluster, 128> clusters;
-  std::array<Vec3f, 64> spread;  // of normals along each axis
-  std::array<bool, 64> met{};
+  std::array<Units, 64> spread{};        // of where they face
   std::vector<uint16_t>& cluster = out;  // first the group, then the cluster, then what stands for the vertex
   const int size = kGroupCells[size_t(level)], groups = (clay::kBrickEdge + size - 1) / size;
   for (size_t i = 0; i < count; ++i) {
-    const Vec3f& p = mesh.positions[i];
+    const Units at = inUnits(mesh.positions[i]);
     std::array<int, 3> cell;
     bool fixed = false;
-    for (int axis = 0; axis < 3; ++axis) {
-      cell[size_t(axis)] = std::clamp(int(std::floor(p[axis])), 0, clay::kBrickEdge - 1);
-      fixed |= (locked >> axis & 1) != 0 && p[axis] >= kLastLayer;
+    for (size_t axis = 0; axis < 3; ++axis) {
+      cell[axis] = std::clamp(at[axis] / kUnitsPerVoxel, 0, clay::kBrickEdge - 1);
+      fixed |= (locked >> axis & 1) != 0 && at[axis] >= kLastLayerUnits;
     }
     if (fixed) {
       cluster[i] = kNone;
@@ -51,27 +75,26 @@ void representatives(const clay::BrickMesh& mesh, int level, unsigned locked, st
     }
     const auto group = size_t((cell[0] / size * groups + cell[1] / size) * groups + cell[2] / size);
     cluster[i] = uint16_t(group);
-    if (!met[group]) {
-      met[group] = true;
-      spread[group].setZero();
-    }
-    spread[group] += mesh.normals[i].unpack().cwiseAbs();
+    const Units way = facing(mesh.normals[i]);
+    for (size_t axis = 0; axis < 3; ++axis) spread[group][axis] += std::abs(way[axis]);
   }
   for (size_t i = 0; i < count; ++i) {
     if (cluster[i] == kNone) continue;
-    Eigen::Index axis = 0;
-    spread[cluster[i]].maxCoeff(&axis);
-    cluster[i] = uint16_t(2 * cluster[i] + (mesh.normals[i].unpack()[axis] < 0 ? 1 : 0));
-    clusters[cluster[i]].sum += mesh.positions[i];
-    ++clusters[cluster[i]].count;
+    const Units& along = spread[cluster[i]];
+    const auto axis = size_t(std::max_element(along.begin(), along.end()) - along.begin());
+    cluster[i] = uint16_t(2 * cluster[i] + (facing(mesh.normals[i])[axis] < 0 ? 1 : 0));
+    Cluster& c = clusters[cluster[i]];
+    const Units at = inUnits(mesh.positions[i]);
+    for (size_t each = 0; each < 3; ++each) c.sum[each] += at[each];
+    ++c.count;
   }
   for (size_t i = 0; i < count; ++i) {
     if (cluster[i] == kNone) continue;
     Cluster& c = clusters[cluster[i]];
-    const float away = (mesh.positions[i] * float(c.count) - c.sum).squaredNorm();
-    if (c.vertex == kNone || away < c.nearest) {
+    const uint32_t off = offMean(inUnits(mesh.positions[i]), c);
+    if (off < c.nearest) {
       c.vertex = uint16_t(i);
-      c.nearest = away;
+      c.nearest = off;
     }
   }
   for (size_t i = 0; i < count; ++i) out[i] = cluster[i] == kNone ? uint16_t(i) : clusters[cluster[i]].vertex;

@@ -16,11 +16,24 @@ namespace argil::render {
 inline constexpr std::array<int, 5> kGroupCells{1, 2, 3, 4, 8};
 inline constexpr int kLevels = int(kGroupCells.size());
 
+/// Vertices lie at this many units a voxel, counted from voxel (0, 0, 0): a brick's reach of ±131 072 voxels fills 32
+/// bits.
+inline constexpr int kUnitsPerVoxel = 1 << 14;
+using Units = std::array<int32_t, 3>;
+/// The nearest units of a place in a brick, or at most a voxel outside of it.
+[[nodiscard]] Units inUnits(const Vec3f& voxels);
+/// Vertices of a brick's last layer of cells lie behind this.
+inline constexpr int32_t kLastLayerUnits = 6 * kUnitsPerVoxel;
+
 /// The vertex that stands for each vertex of `mesh` at `level` (1 to 4): of those in one group of cells that face the
 /// same half, the one nearest to their mean. Vertices that may belong to the brick's last layer of cells along an axis
 /// of `locked` (bits x, y, z), fine ones of it lie up to a voxel before that layer, stand for themselves. Depends on
-/// the mesh alone. The mesh has normals. About 30 ns a vertex.
+/// the mesh alone, by whole numbers: shaders/level_stand.comp finds the same. The mesh has normals. About 30 ns a
+/// vertex.
 void representatives(const clay::BrickMesh& mesh, int level, unsigned locked, std::vector<uint16_t>& out);
+
+/// What a cone is wider than what was added: rounding of normals is 0.006°; their lengths may be off by as much.
+inline constexpr float kConeSlack = 2e-4f;
 
 /// Directions in which triangles face: all within an angle of an axis.
 struct NormalCone {

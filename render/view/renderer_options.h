@@ -26,6 +26,9 @@ struct RendererOptions {
   /// How both eyes of a stereo picture are drawn: together in one multiview pass or apart, one after the other.
   /// Automatic: together, but apart on software drivers, whose multiview loses large triangles.
   enum class Eyes : uint8_t { automatic, together, apart } eyes = Eyes::automatic;
+  /// Where levels of detail are made. Automatic: on the device, but on the CPU where that is the device. They are the
+  /// same, to the bit.
+  enum class Levels : uint8_t { automatic, device, cpu } levels = Levels::automatic;
 };
 
 }  // namespace argil::render

@@ -54,7 +54,8 @@ TEST_F(PictureLedger, WhatIsOffCostsNothing) {
        [](Renderer&, Shot& shot) { shot.stereo.mode = StereoMode::mono; }},
       {"a second piece", 1, 0, [](Renderer& r, Shot&) { r.update(2, ball(6)); },
        [](Renderer& r, Shot&) { r.remove(2); }},
-      {"shadow", 0, uint64_t{2048} * 2048 * 4, [](Renderer&, Shot& shot) { shot.look.keyShadow = true; },
+      // The map, less the page that stood in for it.
+      {"shadow", 0, uint64_t{2048} * 2048 * 4 - 131072, [](Renderer&, Shot& shot) { shot.look.keyShadow = true; },
        [](Renderer&, Shot& shot) { shot.look.keyShadow = false; }},
       {"cavity", 0, 0, [](Renderer&, Shot& shot) { shot.look.cavity = true; },
        [](Renderer&, Shot& shot) { shot.look.cavity = false; }},
