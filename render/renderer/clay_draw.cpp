@@ -168,8 +168,8 @@ void Model::makeBatch(LevelBatch& batch, std::span<const Wish> wishes) {
 }
 
 void Model::draw(VkCommandBuffer commands, VkPipelineLayout layout, const Sight& sight, Kind kind,
-                 Renderer::DrawStats* stats, const Sight* seen) {
-  const uint64_t before = stats ? stats->trianglesDrawn : 0;
+                 Renderer::DrawStats& stats, const Sight* seen) {
+  const uint64_t before = stats.trianglesDrawn;
   if (pieces_.empty() || !buffers_.vertices()) return;
   const VkBuffer vertices[] = {buffers_.vertices(), buffers_.paint()};
   const VkDeviceSize offsets[] = {0, 0};
@@ -184,21 +184,19 @@ void Model::draw(VkCommandBuffer commands, VkPipelineLayout layout, const Sight&
     const auto add = [&](const ChunkDraw::Range& range) {
       if (range.indexCount == 0) return;
       commands_.push_back({range.indexCount, 1, range.firstIndex, 0, 0});
-      if (stats) {
-        ++stats->chunksDrawn;
-        stats->trianglesDrawn += range.triangles;
-      }
+      ++stats.chunksDrawn;
+      stats.trianglesDrawn += range.triangles;
     };
     if (piece.part) {
       if (const Box& box = piece.part->bounds(); !box.empty() && !local.outside(box.min, box.max)) {
         add(piece.part->draw());
-      } else if (stats) {
-        ++stats->chunksCulled;
+      } else {
+        ++stats.chunksCulled;
       }
     } else {
       for (const ChunkDraw& chunk : piece.clay->draws()) {
         if (local.outside(chunk.min, chunk.max) || local.facesAway(chunk)) {
-          if (stats) ++stats->chunksCulled;
+          ++stats.chunksCulled;
           continue;
         }
         const int level = std::max(local.level(chunk), fromEye ? fromEye->level(chunk) : 0);
@@ -208,10 +206,9 @@ void Model::draw(VkCommandBuffer commands, VkPipelineLayout layout, const Sight&
     if (commands_.empty()) continue;
 
     push(commands, layout, constants(piece, look, sight));
-    const uint64_t calls = list_.draw(commands, commands_);
-    if (stats) stats->drawCalls += calls;
+    stats.drawCalls += list_.draw(commands, commands_);
   }
-  if (stats && kind == Kind::clay) drawn_ = stats->trianglesDrawn - before;
+  if (!seen && kind == Kind::clay) drawn_ = stats.trianglesDrawn - before;
 }
 
 PieceConstants Model::constants(const Piece& piece, const PieceLook& look, const Sight& sight) const {
@@ -267,10 +264,12 @@ void Renderer::State::drawClay(VkCommandBuffer commands, const FramePlan& plan, 
   }
   using Kind = Model::Kind;
   variant.painted = model.painted();
+  DrawStats shadow;
   for (const Kind kind : {Kind::clay, Kind::parts}) {
     bind(commands, intoShadow ? Pass::shadow : kind == Kind::clay ? Pass::clay : Pass::part);
-    model.draw(commands, pipelines.layout(), from, kind, intoShadow ? nullptr : &stats, intoShadow ? &seen : nullptr);
+    model.draw(commands, pipelines.layout(), from, kind, intoShadow ? shadow : stats, intoShadow ? &seen : nullptr);
   }
+  stats.shadowTriangles += shadow.trianglesDrawn;
 }
 
 }  // namespace argil::render

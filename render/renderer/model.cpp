@@ -40,7 +40,10 @@ Model::Model(Gpu& gpu, RendererOptions::Levels levels)
           (levels == RendererOptions::Levels::automatic ? !gpu.software() : levels == RendererOptions::Levels::device)),
       buffers_(gpu, onDevice_),
       list_(gpu) {
-  if (gpu.software()) keepFreedMemory();
+  if (gpu.software())
+    keepFreedMemory();
+  else
+    buffers_.ranges().leaveRoom();
   buffers_.ranges().onFull([this] {
     bool any = false;
     for (auto& [id, piece] : pieces_) any |= piece.clay && piece.clay->dropKept();

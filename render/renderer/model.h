@@ -56,7 +56,7 @@ class Model {
   /// Records draws of what is in sight, each piece with its constants, into the bound pipeline. `seen`: a level that is
   /// fine enough for that sight will do.
   void draw(VkCommandBuffer commands, VkPipelineLayout layout, const Sight& sight, Kind kind,
-            Renderer::DrawStats* stats, const Sight* seen = nullptr);
+            Renderer::DrawStats& stats, const Sight* seen = nullptr);
 
  private:
   struct Piece {

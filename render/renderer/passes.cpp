@@ -204,8 +204,10 @@ void Renderer::State::recordScene(VkCommandBuffer commands, const FramePlan& pla
   transition(commands, targets.albedo, kUnused, kDrawColour);
   for (const int turn : turns()) {
     variant.eye = turn;
+    const uint64_t shadow = stats.shadowTriangles;
     stats = {};  // an eye alone counts like both
     stats.levelBytes = model.levelBytes();
+    stats.shadowTriangles = shadow;
     const VkRenderingAttachmentInfo colours[] = {
         colourAttachment(viewFor(targets.normal, turn), VK_ATTACHMENT_LOAD_OP_CLEAR, none),
         colourAttachment(viewFor(targets.albedo, turn), VK_ATTACHMENT_LOAD_OP_CLEAR, noCode)};

@@ -143,8 +143,9 @@ class Renderer {
   /// Chunks drawn and chunks outside of the picture, of the last picture.
   struct DrawStats {
     uint64_t chunksDrawn = 0, chunksCulled = 0, trianglesDrawn = 0, drawCalls = 0;
-    uint64_t pictures = 0;    ///< Since the start: pictures whose clay was drawn.
-    uint64_t levelBytes = 0;  ///< Uploaded for coarser levels that the picture was the first to want.
+    uint64_t shadowTriangles = 0;  ///< Drawn into the shadow's map.
+    uint64_t pictures = 0;         ///< Since the start: pictures whose clay was drawn.
+    uint64_t levelBytes = 0;       ///< Uploaded for coarser levels that the picture was the first to want.
   };
   [[nodiscard]] DrawStats drawStats() const;
   [[nodiscard]] std::vector<PassTime> passTimes() const;

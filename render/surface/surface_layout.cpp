@@ -30,24 +30,29 @@ int32_t fixedPoint(int32_t voxel, int32_t units) {
 }  // namespace
 
 void BufferRanges::reserve(uint64_t vertices, uint64_t quads, UploadSink& sink) {
-  const auto grown = [](const RangeAllocator& ranges, uint64_t more) {
-    const uint64_t end = ranges.end() + more;
+  const auto grown = [](const RangeAllocator& ranges, uint64_t more, bool room) {
+    uint64_t end = ranges.end() + more;
     if (end <= ranges.capacity()) return uint64_t(ranges.capacity());
+    if (room) end = std::max(end, std::min<uint64_t>(end + end / 4, kMaxUnits));
     return std::max<uint64_t>({kFirstCapacity, uint64_t(ranges.capacity()) * 3 / 2, end});
   };
-  const uint64_t wantedVertices = grown(vertices_, vertices), wantedQuads = grown(quads_, quads);
-  if (wantedVertices == vertices_.capacity() && wantedQuads == quads_.capacity()) return;
-  if (std::max(wantedVertices, wantedQuads) > kMaxUnits) {
-    throw Error("the surface has more triangles than the renderer can address; use larger voxels", Error::Kind::work);
+  for (bool room = leavesRoom_;; room = false) {
+    const uint64_t wantedVertices = grown(vertices_, vertices, room), wantedQuads = grown(quads_, quads, room);
+    if (wantedVertices == vertices_.capacity() && wantedQuads == quads_.capacity()) return;
+    if (std::max(wantedVertices, wantedQuads) > kMaxUnits) {
+      throw Error("the surface has more triangles than the renderer can address; use larger voxels", Error::Kind::work);
+    }
+    try {
+      sink.reserve(uint32_t(wantedVertices), uint32_t(wantedQuads) * kIndicesPerQuad);  // first: nothing changed yet
+    } catch (const Error&) {
+      if (room) continue;
+      if (!makeRoom_ || !makeRoom_()) throw;
+      return;  // What is free now may be enough in pieces.
+    }
+    vertices_.grow(uint32_t(wantedVertices));
+    quads_.grow(uint32_t(wantedQuads));
+    return;
   }
-  try {
-    sink.reserve(uint32_t(wantedVertices), uint32_t(wantedQuads) * kIndicesPerQuad);  // first: nothing has changed yet
-  } catch (const Error&) {
-    if (!makeRoom_ || !makeRoom_()) throw;
-    return;  // What is free now may be enough in pieces.
-  }
-  vertices_.grow(uint32_t(wantedVertices));
-  quads_.grow(uint32_t(wantedQuads));
 }
 
 uint32_t BufferRanges::takeVertices(uint32_t count, UploadSink& sink) {

@@ -71,6 +71,9 @@ class BufferRanges {
     vertices_ = quads_ = RangeAllocator();
     painted_ = false;
   }
+  /// From the first growth on the buffers are a quarter larger than asked for: levels of detail and strokes that follow
+  /// then fit, where growing for them would take a GPU longer than a picture. Not where memory is short of that.
+  void leaveRoom() { leavesRoom_ = true; }
   /// Called where the buffers cannot grow: gives back what can be spared, and says whether that was anything.
   void onFull(std::function<bool()> makeRoom) { makeRoom_ = std::move(makeRoom); }
   [[nodiscard]] uint32_t usedVertices() const { return vertices_.used(); }
@@ -79,7 +82,7 @@ class BufferRanges {
  private:
   RangeAllocator vertices_{0}, quads_{0};
   std::function<bool()> makeRoom_;
-  bool painted_ = false;
+  bool painted_ = false, leavesRoom_ = false;
 };
 
 /// 8×8×8 bricks that are drawn with one command.

@@ -43,9 +43,17 @@ class SurfaceLayout::NamedBricks {
       const Coord at = inChunk(cell);
       const Chunk* chunk = lower[size_t(int(at.x < 0) | int(at.y < 0) << 1 | int(at.z < 0) << 2)];
       const BrickEntry* brick = chunk ? chunk->bricks[placeOf(at)].get() : nullptr;
-      const auto count = brick ? uint32_t(brick->mesh->positions.size()) : 0;
-      if (count > 0) all_.push_back({brick, brick->firstVertex, count, uint16_t(cell)});
+      if (!brick) continue;
+      __builtin_prefetch(brick);
+      all_.push_back({brick, 0, 0, uint16_t(cell)});
     }
+    // Bricks and meshes lie anywhere: most of the time here would be waiting for one after the other.
+    for (const Named& each : all_) __builtin_prefetch(&each.brick->mesh->positions);
+    for (Named& each : all_) {
+      each.first = each.brick->firstVertex;
+      each.count = uint32_t(each.brick->mesh->positions.size());
+    }
+    std::erase_if(all_, [](const Named& each) { return each.count == 0; });
     std::sort(all_.begin(), all_.end(), [](const Named& a, const Named& b) { return a.first < b.first; });
     for (Named& each : all_) {
       scratch_[each.cell] = each.scratch = vertices_;

@@ -81,6 +81,27 @@ TEST_F(Picture, FarFromTheOriginAndAtAnyScaleThePictureIsTheSame) {
   }
 }
 
+// The map has several texels a pixel: what the picture shows coarsely casts a shadow as coarse.
+TEST_F(Picture, ShadowsAreOfTheLevelThatIsSeen) {
+  clay::Grid grid;
+  grid.voxelMm = kVoxel;
+  renderer_->update(surface_.update(grid, {-8, -8, -8}, {7, 7, 7}, [](const Vec3d& p) { return p.norm() - 60; }));
+  const View near = view("iso", Projection::perspective);
+  View far = near;
+  far.position = near.target + 4 * (near.position - near.target);
+  const auto inShadow = [&](const View& from, const Look& look) {
+    for (int i = 0; i < 4; ++i) static_cast<void>(draw(from, look));
+    return renderer_->drawStats().shadowTriangles;
+  };
+  const uint64_t all = renderer_->triangleCount();
+  Look look = kBare;
+  EXPECT_EQ(inShadow(near, look), all) << "so near each triangle is seen";
+  EXPECT_LT(inShadow(far, look), all / 3);
+  EXPECT_GE(inShadow(far, look), renderer_->drawStats().trianglesDrawn) << "its back casts too";
+  look.keyShadow = false;
+  EXPECT_EQ(inShadow(far, look), 0u);
+}
+
 // A ball that is drawn thicker is the ball of that radius, in light, shadow, section and at every level of detail; and
 // nothing of it is left out because its chunks are elsewhere.
 TEST_F(Picture, GrownClayIsWhatItsOffsetWouldBe) {

@@ -33,6 +33,40 @@ TEST(SurfaceLayout, DrawsExactlyTheSurface) {
   expectSame(sink, layout, surface);
 }
 
+TEST(SurfaceLayout, LeavesRoomForLevelsWhereThereIsMemory) {
+  class Limited : public MirrorSink {
+   public:
+    void reserve(uint32_t vertexCount, uint32_t indexCount) override {
+      if (vertexCount > most) throw Error("full", Error::Kind::work);
+      ++growths;
+      MirrorSink::reserve(vertexCount, indexCount);
+    }
+    uint32_t most = UINT32_MAX;
+    int growths = 0;
+  };
+  const auto load = [](Limited& sink, bool room) {
+    FieldSurface surface;
+    BufferRanges ranges;
+    if (room) ranges.leaveRoom();
+    SurfaceLayout layout(ranges);
+    layout.apply(surface.update({}, {-11, -11, -11}, {10, 10, 10}, sphere(80)), sink);
+    expectSame(sink, layout, surface);
+    try {
+      for (size_t i = 0; i < layout.draws().size(); ++i) layout.prepareChunk(i, 2, sink);
+    } catch (const Error&) {  // levels need not fit
+      EXPECT_LT(sink.most, UINT32_MAX);
+    }
+    return sink.vertices.size();
+  };
+  Limited plain, roomy, tight;
+  load(plain, false);
+  EXPECT_GT(plain.growths, 1) << "the test sees nothing";
+  const size_t whole = load(roomy, true);
+  EXPECT_EQ(roomy.growths, 1);
+  tight.most = uint32_t(whole) * 9 / 10;
+  EXPECT_LT(load(tight, true), whole) << "what fits is drawn";
+}
+
 TEST(SurfaceLayout, SmallChangeOnALargeModelUploadsLittle) {
   FieldSurface surface;
   BufferRanges ranges;
