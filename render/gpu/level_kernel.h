@@ -19,6 +19,8 @@ class LevelKernel {
   LevelKernel(const LevelKernel&) = delete;
   LevelKernel& operator=(const LevelKernel&) = delete;
 
+  /// Kernels count with signs: up to 8.6 GB of indices.
+  [[nodiscard]] bool reachesAll() const { return buffers_.indexBytes() / sizeof(uint32_t) <= INT32_MAX; }
   /// Whether one more chunk might make a batch too large.
   [[nodiscard]] static bool full(const LevelBatch& batch);
   /// The sizes of the batch's levels, one a chunk. Waits for the device. Throws Error (work) as Gpu does.

@@ -37,6 +37,7 @@ class SurfaceBuffers {
   [[nodiscard]] VkBuffer paint();
   [[nodiscard]] bool painted() const { return paint_.handle() != VK_NULL_HANDLE; }
   [[nodiscard]] VkBuffer indices() const { return indices_.handle(); }
+  [[nodiscard]] uint64_t indexBytes() const { return indices_.size(); }
   [[nodiscard]] uint64_t bytes() const { return vertices_.size() + indices_.size() + paint_.size() + staging_.size(); }
 
  private:

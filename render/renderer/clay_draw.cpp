@@ -106,7 +106,7 @@ void Model::prepare(const Sight& sight) {
   const std::vector<Wish> wishes = wishesOf(sight);
   if (wishes.empty()) return;
   try {
-    if (onDevice_)
+    if (kernel_ && kernel_->reachesAll())
       makeOnDevice(wishes);
     else
       makeHere(wishes);

@@ -273,6 +273,36 @@ TEST(Rims, OfFacesOnPlanesOfTheGridAreWhereTheyAre) {
   EXPECT_LE(off.back(), 0.25);
 }
 
+// Straight edges of such a face, of 66° to 120°, too: those that lie along the grid are on the sides of four cells.
+TEST(Rims, StraightOnPlanesOfTheGridAreWhereTheyAre) {
+  std::mt19937_64 random(21);
+  std::uniform_real_distribution<double> shift(-1, 1);
+  std::vector<double> off;
+  for (int turn = 0; turn < 36; ++turn) {
+    const double edge = (66 + 1.5 * turn) * EIGEN_PI / 180, spin = turn % 3 == 0   ? EIGEN_PI * shift(random)
+                                                                   : turn % 3 == 1 ? 0.02 * shift(random)
+                                                                                   : 0;
+    const Vec3d along(0, -std::sin(spin), std::cos(spin)), middle(10, 0, 0),
+        normal(-std::cos(edge), std::sin(edge) * std::cos(spin), std::sin(edge) * std::sin(spin)),
+        onEdge(16, turn % 6 == 5 ? 2 : 3 * shift(random), 3 * shift(random));
+    const auto shape = [&](const Vec3d& p) {
+      return std::max({p.x() - onEdge.x(), normal.dot(p - onEdge), (p - middle).norm() - 18});
+    };
+    const TriangleMesh mesh = meshOf(clayOf(Store::make(), 40, shape), Grade::crisp);
+    const NearestTriangle tree(mesh);
+    for (int i = -400; i <= 400; ++i) {
+      const Vec3d p = onEdge + 0.02 * i * along;
+      if ((p - middle).norm() < 15) off.push_back(std::sqrt(tree.nearest(p).squared));
+    }
+  }
+  const double rms = std::sqrt(std::inner_product(off.begin(), off.end(), off.begin(), 0.0) /
+                               static_cast<double>(off.size())),
+               most = *std::max_element(off.begin(), off.end());
+  std::printf("straight, on planes of the grid: %.3f voxel RMS, %.2f at most\n", rms, most);
+  EXPECT_LE(rms, 0.025);
+  EXPECT_LE(most, 0.2);
+}
+
 // Of strokes, too: the two lines at which a groove of many stamps begins.
 TEST(Rims, GroovesBeginWhereTheyShould) {
   std::mt19937_64 random(14);

@@ -3,6 +3,7 @@
 #include <random>
 #include <set>
 
+#include "clay/base/error.h"
 #include "clay/surface/vertex_channels.h"
 #include "render/surface/surface_layout.h"
 #include "tests/unit/render/picture_fixture.h"
@@ -126,6 +127,24 @@ TEST_F(LevelKernels, SamePaintHiddenClayAndSeveralPieces) {
   update([](const Vec3d& p) { return std::max(shape(p), 8 - (p - Vec3d(10, 3, 0)).norm()); }, 0, Vec3d::Zero(),
          &unseen);
   expectSamePictures("some of it hidden");
+}
+
+TEST_F(LevelKernels, ALostDeviceIsSeenAndComesBackWithThem) {
+  update(shape);
+  expectSamePictures("before");
+  View view = View::named("iso", renderers_[1].bounds(), double(kWidth) / kHeight, Projection::perspective);
+  view.position = view.target + 16 * (view.position - view.target);  // wants levels that are not there
+  update([](const Vec3d& p) { return std::max(shape(p), 6 - (p - Vec3d(-20, 0, 0)).norm()); });
+  for (Renderer& renderer : renderers_) {
+    for (int n = 0; n < 8; ++n) static_cast<void>(renderer.render(Shot{view, {}, {}, {}}, kWidth, kHeight));
+    renderer.simulateDeviceLoss();
+    EXPECT_THROW(static_cast<void>(renderer.render(Shot{view, {}, {}, {}}, kWidth, kHeight)), Error);
+    EXPECT_TRUE(renderer.deviceLost());
+    renderer.recover();
+  }
+  surfaces_ = {};
+  update(shape);
+  expectSamePictures("on a new device");
 }
 
 TEST_F(LevelKernels, AreNeverWrongWhereThereIsNoRoomForThem) {
