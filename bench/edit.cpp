@@ -29,7 +29,7 @@ using namespace clay;
 
 constexpr double kRadius = 20;  // voxels
 constexpr double kLargestMillions = 1000;
-constexpr int kFresh = 400, kPeerDabs = 20;
+constexpr int kFresh = 400, kWarm = 20, kPeerDabs = 20;
 constexpr int kWalk = 140;  // goes not quite once around the smallest sphere
 
 // As the budget has them: from a million on.
@@ -235,7 +235,7 @@ void peer(BenchReport& report, const Model& m) {
 
 // Fresh dabs over all models in turn, warmed up.
 void freshDabs(std::vector<Model>& models, Job* job) {
-  for (int warm = 0; warm < 20; ++warm)
+  for (int warm = 0; warm < kWarm; ++warm)
     for (Model& m : models) freshDab(m, m.places[static_cast<size_t>(warm)]);
   for (Model& m : models) {
     const Samples none;
@@ -245,6 +245,37 @@ void freshDabs(std::vector<Model>& models, Job* job) {
   for (int i = 0; i < kFresh; ++i) {
     for (Model& m : models) freshDab(m, m.places[static_cast<size_t>(i)]);
     if (job) job->step(0.5 * i / kFresh);
+  }
+}
+
+// The same dab with the surface that the studio shows, which finds the rims of the cut.
+void liveDabs(BenchReport& report, std::vector<Model>& models) {
+  std::vector<Samples> live(models.size());
+  for (Model& m : models) {
+    m.surface = Surface(true, Grade::crisp);
+    m.surface.update(m.sphere.version, 2);
+  }
+  for (int i = 0; i < kFresh; ++i)
+    for (size_t k = 0; k < models.size(); ++k) {
+      Model& m = models[k];
+      const Version& base = m.sphere.version;
+      Stopwatch watch;
+      Version after;
+      {
+        BrushStroke stroke(base, carving());
+        stroke.apply(dabAt(m.places[static_cast<size_t>(i)]));
+        after = stroke.publish();
+      }
+      m.surface.update(after);
+      if (i >= kWarm) live[k].add(watch.us());
+      m.surface.update(base);
+      after = Version();
+      collectAll(base);
+    }
+  for (size_t k = 0; k < models.size(); ++k) {
+    BenchResult r = live[k].result("edit/ball20-live/" + models[k].sphere.name);
+    r.note = fmt::format("with the live grade; {:.2f}× with the draft", live[k].median() / models[k].fresh.median());
+    report.add(r);
   }
 }
 
@@ -409,6 +440,7 @@ void benchEdit(BenchReport& report, const BenchOptions& options) {
     report.add(tree);
     report.add(m.freshSurface.result("edit/ball20-extraction/" + m.sphere.name));
   }
+  liveDabs(report, models);
   report.heading("OpenVDB beside it, one thread");
   // The peer needs several times a model's memory: what is done with goes first.
   for (Model& m : models) m.surface = Surface();

@@ -160,7 +160,8 @@ void FootPoints::addBlock(const LevelSet& set, Coord block) {
     }
   uint32_t patterns[kBrickVoxels + kCellPadding];
   Vec3f places[kBrickVoxels + kCellPadding];
-  cellVertices(corners, cells, static_cast<int>(count), false, patterns, places->data(), nullptr);
+  constexpr uint32_t kUsual[8] = {};
+  cellVertices(corners, cells, static_cast<int>(count), false, kUsual, patterns, places->data(), nullptr);
   const auto start = static_cast<uint32_t>(places_.size());
   const Vec3f low = block.toVec3d().cast<float>();
   for (uint32_t i = 0; i < count; ++i) places_.push_back(places[i] + low);

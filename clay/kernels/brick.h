@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 
 #include "clay/base/vec.h"
 
@@ -91,7 +92,8 @@ inline const void* Brick::address(int voxel, float unit) const {
 
 inline void Brick::read(int first, int count, float* out, float unit) const {
   if (unit == 0) {
-    std::copy_n(static_cast<const FloatBrick*>(this)->value + first, count, out);
+    // (g++ calls memmove for a copy of a row that it knows the length of, but not memcpy.)
+    std::memcpy(out, static_cast<const FloatBrick*>(this)->value + first, static_cast<size_t>(count) * sizeof(float));
     return;
   }
   const int16_t* code = static_cast<const FixedBrick*>(this)->code + first;

@@ -107,13 +107,20 @@ HWY_INLINE Ints kinkOf(const Floats (&v)[8]) {
                 hn::IfThenElseZero(hn::RebindMask(di, bent), hn::Set(di, static_cast<int32_t>(kBentCell))));
 }
 
-void CellVertices(const float* corners, const uint16_t* cells, int count, bool kinks, uint32_t* patterns,
-                  float* positions, uint32_t* normals) {
+bool CellVertices(const float* corners, const uint16_t* cells, int count, bool kinks, const uint32_t* unusual,
+                  uint32_t* patterns, float* positions, uint32_t* normals) {
   const Tag d;
   const IntTag di;
   const hn::Rebind<uint16_t, Tag> d16;
   const int lanes = static_cast<int>(hn::Lanes(d));
   const Floats zero = hn::Zero(d), one = hn::Set(d, 1.0f);
+  // The word of a pattern, from a vector of all eight; narrower ones leave the question to the caller.
+  constexpr bool kAsks = hn::MaxLanes(Tag()) >= 8;
+  constexpr size_t kWords = kAsks ? hn::MaxLanes(Tag()) : 8;
+  alignas(64) int32_t all[kWords] = {};
+  std::memcpy(all, unusual, 8 * sizeof(uint32_t));
+  const Ints words = hn::Load(di, all);
+  Ints found = hn::Zero(di);
   for (int first = 0; first < count; first += lanes) {
     const Ints cell = hn::PromoteTo(di, hn::LoadU(d16, cells + first));
     const Ints x = hn::ShiftRight<6>(cell), y = hn::And(hn::ShiftRight<3>(cell), hn::Set(di, 7)),
@@ -132,6 +139,14 @@ void CellVertices(const float* corners, const uint16_t* cells, int count, bool k
     Ints pattern = patternOf(v, std::make_integer_sequence<int, 8>());
     if (kinks) pattern = hn::Or(pattern, kinkOf(v));
     hn::StoreU(pattern, di, reinterpret_cast<int32_t*>(patterns + first));
+    if constexpr (kAsks) {
+      const hn::RebindToUnsigned<IntTag> du;
+      const auto low = hn::And(pattern, hn::Set(di, 0xff));
+      const Ints word = hn::TableLookupLanes(words, hn::IndicesFromVec(di, hn::ShiftRight<5>(low)));
+      const auto bit = hn::Shr(hn::BitCast(du, word), hn::BitCast(du, hn::And(low, hn::Set(di, 31))));
+      found =
+          hn::Or(found, hn::Or(hn::And(hn::BitCast(di, bit), hn::Set(di, 1)), hn::AndNot(hn::Set(di, 0xff), pattern)));
+    }
 
     Floats sum[3] = {zero, zero, zero}, n = zero;
     addEdges(v, sum, n, std::make_integer_sequence<int, 12>());
@@ -150,6 +165,7 @@ void CellVertices(const float* corners, const uint16_t* cells, int count, bool k
                  gz = mix(z0, z1, fx);
     hn::StoreU(packNormal(gx, gy, gz), di, reinterpret_cast<int32_t*>(normals + first));
   }
+  return !kAsks || !hn::AllTrue(di, hn::Eq(found, hn::Zero(di)));
 }
 
 void Signs(const SignWords& words, BrickSigns& out) {
@@ -190,10 +206,50 @@ void Signs(const SignWords& words, BrickSigns& out) {
   }
 }
 
-// Here since the instructions for it came with AVX2.
-int ListBits(const uint64_t* words, uint16_t* out) {
+// What stands for the bits of the first word; the next one's are more by a step.
+struct BitValues {
+  alignas(64) std::array<uint32_t, 64> first;
+  uint32_t step;
+};
+constexpr BitValues kPositions = [] {
+  BitValues values{{}, 64};
+  for (uint32_t bit = 0; bit < 64; ++bit) values.first[bit] = bit;
+  return values;
+}();
+constexpr BitValues kMapPlaces = [] {
+  BitValues values{{}, static_cast<uint32_t>(kMapStep[0])};
+  for (int bit = 0; bit < 64; ++bit)
+    values.first[static_cast<size_t>(bit)] = static_cast<uint32_t>(mapPlace(0, bit >> 3, bit & 7));
+  return values;
+}();
+
+// The values of the bits that are set in eight words, in order, with `flag` where the same bit of `without` is not.
+template <uint32_t flag>
+HWY_INLINE int List(const BitValues& values, const uint64_t* words, const uint64_t* without, uint16_t* out) {
   uint16_t* at = out;
+#if HWY_TARGET <= HWY_AVX3
+  const hn::FixedTag<uint32_t, 16> d;
+  const hn::Rebind<uint16_t, decltype(d)> d16;
+  // (Written out: g++ keeps loops, with vectors in memory.)
+  const auto load = [&](int i) { return hn::Load(d, values.first.data() + 16 * i); };
+  const auto first = load(0), second = load(1), third = load(2), fourth = load(3);
   for (int x = 0; x < 8; ++x) {
+    if (words[x] == 0) continue;
+    const auto more = hn::Set(d, values.step * static_cast<uint32_t>(x));
+    const auto quarter = [&](auto here, int i) {
+      const auto bitsOf = [&](const uint64_t* of) {
+        return hn::LoadMaskBits(d, reinterpret_cast<const uint8_t*>(of + x) + 2 * i);
+      };
+      auto value = hn::Add(here, more);
+      if constexpr (flag != 0) value = hn::Or(value, hn::IfThenZeroElse(bitsOf(without), hn::Set(d, flag)));
+      hn::StoreU(hn::TruncateTo(d16, hn::Compress(value, bitsOf(words))), d16, at);
+      at += std::popcount(static_cast<uint16_t>(words[x] >> (16 * i)));
+    };
+    quarter(first, 0), quarter(second, 1), quarter(third, 2), quarter(fourth, 3);
+  }
+#else
+  uint32_t more = 0;
+  for (int x = 0; x < 8; ++x, more += values.step) {
     uint64_t left = words[x];
     const int count = std::popcount(left);
     // Four at a time, needed or not: how many there are is hard to foresee, and a wrong guess costs more than they do.
@@ -201,14 +257,45 @@ int ListBits(const uint64_t* words, uint16_t* out) {
     do {
       // (Written out: g++ keeps a loop.)
       const uint64_t second = left & (left - 1), third = second & (second - 1), fourth = third & (third - 1);
-      const auto place = [&](uint64_t word) { return static_cast<uint16_t>(x * 64 + std::countr_zero(word)); };
+      const auto place = [&](uint64_t word) {
+        const auto bit = static_cast<unsigned>(std::countr_zero(word)) & 63;
+        uint32_t value = values.first[bit] + more;
+        if constexpr (flag != 0) value |= flag * static_cast<uint32_t>(~(without[x] >> bit) & 1);
+        return static_cast<uint16_t>(value);
+      };
       next[0] = place(left), next[1] = place(second), next[2] = place(third), next[3] = place(fourth);
       left = fourth & (fourth - 1);
       next += 4;
     } while (left != 0);
     at += count;
   }
+#endif
   return static_cast<int>(at - out);
+}
+
+// Here since the instructions for it came with AVX2 and AVX-512.
+int ListBits(const uint64_t* words, uint16_t* out) {
+  return List<0>(kPositions, words, nullptr, out);
+}
+int ListEdges(const uint64_t* crossed, const uint64_t* inside, uint16_t* out) {
+  return List<kEdgeDown>(kMapPlaces, crossed, inside, out);
+}
+
+void PlaceCells(const float* positions, const uint64_t* active, uint32_t refs, CellVertex* map) {
+  uint16_t places[512 + kListPadding];
+  const int count = List<0>(kMapPlaces, active, nullptr, places);
+  const hn::Full128<float> d;
+  const hn::RebindToUnsigned<decltype(d)> du;
+  const auto three = hn::FirstN(d, 3);
+  const auto place = [&](int i, const float* from) {
+    const auto ref = hn::BitCast(d, hn::Set(du, refs | static_cast<uint32_t>(i)));
+    hn::Store(hn::IfThenElse(three, hn::LoadU(d, from), ref), d, &map[places[i]].x);
+  };
+  if (count == 0) return;
+  for (int i = 0; i < count - 1; ++i) place(i, positions + 3 * i);
+  float last[4] = {};  // nothing need lie behind it
+  std::memcpy(last, positions + 3 * (count - 1), 3 * sizeof(float));
+  place(count - 1, last);
 }
 
 static_assert(std::endian::native == std::endian::little, "a quad is written as one word");
@@ -277,6 +364,8 @@ namespace argil::clay {
 HWY_EXPORT(Signs);
 HWY_EXPORT(CellVertices);
 HWY_EXPORT(ListBits);
+HWY_EXPORT(ListEdges);
+HWY_EXPORT(PlaceCells);
 HWY_EXPORT(EdgeQuads);
 HWY_EXPORT(Differing);
 
@@ -284,13 +373,21 @@ void brickSigns(const SignWords& words, BrickSigns& out) noexcept {
   HWY_DYNAMIC_DISPATCH(Signs)(words, out);
 }
 
-void cellVertices(const float* corners, const uint16_t* cells, int count, bool kinks, uint32_t* patterns,
-                  float* positions, uint32_t* normals) noexcept {
-  HWY_DYNAMIC_DISPATCH(CellVertices)(corners, cells, count, kinks, patterns, positions, normals);
+bool cellVertices(const float* corners, const uint16_t* cells, int count, bool kinks, const uint32_t* unusual,
+                  uint32_t* patterns, float* positions, uint32_t* normals) noexcept {
+  return HWY_DYNAMIC_DISPATCH(CellVertices)(corners, cells, count, kinks, unusual, patterns, positions, normals);
 }
 
 int listBits(const uint64_t* words, uint16_t* out) noexcept {
   return HWY_DYNAMIC_DISPATCH(ListBits)(words, out);
+}
+
+int listEdges(const uint64_t* crossed, const uint64_t* inside, uint16_t* out) noexcept {
+  return HWY_DYNAMIC_DISPATCH(ListEdges)(crossed, inside, out);
+}
+
+void placeCells(const float* positions, const uint64_t* active, uint32_t refs, CellVertex* map) noexcept {
+  HWY_DYNAMIC_DISPATCH(PlaceCells)(positions, active, refs, map);
 }
 
 void edgeQuads(const CellVertex* vertices, const uint16_t* edges, int count, int stepU, int stepV,

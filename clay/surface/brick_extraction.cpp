@@ -55,14 +55,13 @@ void readCorners(const BrickInput& input, float band, float* corners) {
   });
 }
 
-// Patterns whose cells need more than their one mean: several loops, or a face that may be folded.
-std::array<bool, 256> unusualPatterns() {
-  std::array<bool, 256> unusual{};
+// Patterns whose cells need more than their one mean: several loops, or a face that may be folded. A bit each.
+const std::array<uint32_t, 8> kUnusual = [] {
+  std::array<uint32_t, 8> words{};
   for (size_t i = 0; i < 256; ++i)
-    unusual[i] = cellCases().separated[i].loops > 1 || cellCases().separated[i].foldedFace >= 0;
-  return unusual;
-}
-const std::array<bool, 256> kUnusual = unusualPatterns();
+    if (cellCases().separated[i].loops > 1 || cellCases().separated[i].foldedFace >= 0) words[i >> 5] |= 1u << (i & 31);
+  return words;
+}();
 
 // The mean of a loop's edge crossings in cell coordinates, edges in their fixed order.
 Vec3f loopCentre(const float* v, const CellCase& c, int loop) {
@@ -98,14 +97,11 @@ Vec3f cellNormal(const float* v, const Vec3f& at) {
   return {gx, gy, gz};
 }
 
-// Where the vertices that the quads of a brick may use lie in a map by cells, from −1 to 7 along each axis; cells are
-// x·64 + y·8 + z.
-constexpr int kMapStep[3] = {81, 9, 1};
+// Where a cell of a brick, x·64 + y·8 + z, is in the map of vertices that its quads may use.
 constexpr std::array<uint16_t, kBrickVoxels> kMapPlace = [] {
   std::array<uint16_t, kBrickVoxels> places{};
   for (int cell = 0; cell < kBrickVoxels; ++cell)
-    places[static_cast<size_t>(cell)] =
-        static_cast<uint16_t>(((cell >> 6) + 1) * 81 + ((cell >> 3 & 7) + 1) * 9 + (cell & 7) + 1);
+    places[static_cast<size_t>(cell)] = static_cast<uint16_t>(mapPlace(cell >> 6, cell >> 3 & 7, cell & 7));
   return places;
 }();
 
@@ -134,9 +130,7 @@ bool placeVertices(const VertexSource& source, int lower, CellVertex* vertices) 
   if (lower & 2) mask &= uint64_t{0xff} << 56;
   if (lower & 1) mask &= kLowZ << 7;
   if (lower == 0) {
-    uint16_t cells[kBrickVoxels + kListPadding];
-    const int count = listBits(table.active, cells);
-    for (int i = 0; i < count; ++i) place(cells[i], static_cast<uint32_t>(i));
+    placeCells(source.positions->data(), table.active, bits, vertices);
   } else {
     for (int x = lower & 4 ? 7 : 0; x < 8; ++x)
       for (uint64_t left = table.active[x] & mask; left != 0; left &= left - 1) {
@@ -249,15 +243,16 @@ void extractVertices(Sampler& field, const Coord& brick, const BrickInput& input
   readCorners(input, field.band(), corners);
   uint32_t patterns[kBrickVoxels + kCellPadding];
   static_assert(sizeof(Vec3f) == 3 * sizeof(float) && sizeof(PackedNormal) == sizeof(uint32_t));
-  cellVertices(corners, cells, count, grade != Grade::draft, patterns, out.positions.data()->data(),
-               wantNormals ? reinterpret_cast<uint32_t*>(out.normals.data()) : nullptr);
+  const bool some = cellVertices(corners, cells, count, grade != Grade::draft, kUnusual.data(), patterns,
+                                 out.positions.data()->data(),
+                                 wantNormals ? reinterpret_cast<uint32_t*>(out.normals.data()) : nullptr);
 
   // Cells with several loops are rare; they are repaired one by one.
   const CellCases& cases = cellCases();
   size_t vertices = static_cast<size_t>(count), specials = 0;
   CreaseCells creases{cells, patterns, count, corners, {}, {}};
   uint32_t flags = 0;
-  for (int i = 0; i < count; ++i) {
+  for (int i = 0; some && i < count; ++i) {
     if (patterns[i] > 0xff) {
       flags |= patterns[i];
       const uint64_t bit = uint64_t{1} << (cells[i] & 63);
@@ -265,7 +260,7 @@ void extractVertices(Sampler& field, const Coord& brick, const BrickInput& input
       if ((patterns[i] & kBentCell) != 0) creases.bent[cells[i] >> 6] |= bit;
       patterns[i] &= 0xff;
     }
-    if (!kUnusual[patterns[i]]) continue;
+    if (!(kUnusual[patterns[i] >> 5] >> (patterns[i] & 31) & 1)) continue;
     const CellCase* c = &cases.separated[patterns[i]];
     const int cell = cells[i], x = cell >> 6, y = (cell >> 3) & 7, z = cell & 7;
     bool joined = false;
@@ -304,12 +299,8 @@ void extractQuads(const BrickSigns& signs, const std::array<VertexSource, 8>& so
   std::array<VertexRef, 4>* quads = out.quads.data();
   for (int axis = 0; axis < 3; ++axis) {
     uint16_t edges[kBrickVoxels + std::max(kEdgePadding, kListPadding)];
-    const int count = listBits(signs.crossed[axis], edges);
+    const int count = listEdges(signs.crossed[axis], signs.inside, edges);
     if (count == 0) continue;
-    for (int i = 0; i < count; ++i) {
-      const uint64_t inside = signs.inside[edges[i] >> 6] >> (edges[i] & 63) & 1;
-      edges[i] = static_cast<uint16_t>(kMapPlace[edges[i]] | (inside ^ 1) << 15);
-    }
     const int stepU = kMapStep[(axis + 1) % 3], stepV = kMapStep[(axis + 2) % 3];
     if (!several) {
       std::fill_n(edges + count, kEdgePadding, edges[0]);
