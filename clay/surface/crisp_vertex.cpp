@@ -31,7 +31,7 @@ constexpr float kMostShift = 0.25f;
 // A face that is so near to a corner of a cell goes through it, voxels: on a plane of the grid.
 constexpr float kOn = 0.01f;
 // How far beside a cell a crease is in it, voxels: one that lies on a plane of the grid is in either cell.
-constexpr float kBeside = 0.08f;
+constexpr float kBeside = 0.07f;
 // How far the faces may meet from where they were sought, voxels.
 constexpr float kMostWay = 1.5f;
 

@@ -13,22 +13,22 @@ void loadBricks() {
   }
   barrier();
 }
-// Where in scratch a vertex is. Bricks are in the order of their first vertices.
-uint scratchOf(uint vertex) {
+// The last brick whose first vertex is at most number `at`, of the buffer or of scratch: they are in the order of both.
+uint brickOf(uint at, bool inScratch) {
   uint low = 0, high = chunk.bricks;
   while (high - low > 1) {
     const uint middle = (low + high) / 2;
-    if (firsts[middle] <= vertex) low = middle; else high = middle;
+    if ((inScratch ? scratches[middle] : firsts[middle]) <= at) low = middle; else high = middle;
   }
-  return vertex - firsts[low] + scratches[low];
+  return low;
+}
+uint scratchOf(uint vertex) {
+  const uint brick = brickOf(vertex, false);
+  return vertex - firsts[brick] + scratches[brick];
 }
 uint vertexOf(uint scratch) {
-  uint low = 0, high = chunk.bricks;
-  while (high - low > 1) {
-    const uint middle = (low + high) / 2;
-    if (scratches[middle] <= scratch) low = middle; else high = middle;
-  }
-  return scratch - scratches[low] + firsts[low];
+  const uint brick = brickOf(scratch, true);
+  return scratch - scratches[brick] + firsts[brick];
 }
 // False for the empty ones.
 bool readTriangle(uint triangle, out uvec3 corners) {
