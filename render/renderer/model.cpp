@@ -51,8 +51,17 @@ Model::Model(Gpu& gpu, RendererOptions::Levels levels)
   });
 }
 
+void Model::makeKernel() {
+  if (!onDevice_ || kernel_) return;
+  try {
+    kernel_.emplace(gpu_, buffers_);
+  } catch (const Error&) {  // a driver that refuses them draws all the same
+    onDevice_ = false;
+  }
+}
+
 UploadStats Model::update(PieceId id, const clay::SurfaceDelta& delta) {
-  if (onDevice_ && !kernel_) kernel_.emplace(gpu_, buffers_);  // here, rather than while the picture moves
+  makeKernel();  // here, rather than while the picture moves
   Piece& piece = pieces_[id];
   piece.part.reset();
   if (!piece.clay) piece.clay = std::make_unique<SurfaceLayout>(buffers_.ranges());

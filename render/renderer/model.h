@@ -79,6 +79,7 @@ class Model {
   [[nodiscard]] PieceConstants constants(const Piece& piece, const PieceLook& look, const Sight& sight) const;
   [[nodiscard]] Local toLocal(const Piece& piece, const PieceLook& look, const Sight& sight) const;
 
+  void makeKernel();
   [[nodiscard]] std::vector<Wish> wishesOf(const Sight& sight);
   void makeHere(std::span<const Wish> wishes);
   void makeOnDevice(std::span<const Wish> wishes);
