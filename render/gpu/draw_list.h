@@ -13,8 +13,8 @@ class DrawList {
  public:
   explicit DrawList(Gpu& gpu) : gpu_(gpu) {}
 
-  /// Before the first draw of a picture: commands of kPictures pictures ago are done. Takes the memory for
-  /// so many, and for as many in the pictures that follow.
+  /// Before the first draw of a picture: commands of kPictures pictures ago are done. Takes memory for so many, in the
+  /// pictures that follow too: later there may be none.
   void nextPicture(size_t commands);
   /// Draws `commands` with as few calls as the device allows; returns how many.
   uint64_t draw(VkCommandBuffer buffer, const std::vector<VkDrawIndexedIndirectCommand>& commands);

@@ -23,7 +23,8 @@ class LevelKernel {
   [[nodiscard]] bool reachesAll() const { return buffers_.indexBytes() / sizeof(uint32_t) <= INT32_MAX; }
   /// Whether one more chunk might make a batch too large.
   [[nodiscard]] static bool full(const LevelBatch& batch);
-  /// The sizes of the batch's levels, one a chunk. Waits for the device. Throws Error (work) as Gpu does.
+  /// The sizes of the batch's levels, one a chunk, valid until the next call. Waits for the device. Throws Error (work)
+  /// as Gpu does.
   [[nodiscard]] std::span<const LevelSize> measure(const LevelBatch& batch);
   /// Writes the levels of the first `chunks` of the batch that was measured last to where they say now. Does not wait.
   void write(const LevelBatch& batch, size_t chunks);
