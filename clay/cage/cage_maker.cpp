@@ -20,7 +20,9 @@ namespace argil::clay {
 namespace {
 
 constexpr size_t kLeastQuads = 24;
-constexpr double kBeginWith = 20;     // quads for each that is asked for
+constexpr double kBeginWith = 20;  // quads for each that is asked for
+// Where a cage with creases has more quads than were asked for, but not so many more: by way of so many times as many.
+constexpr double kNearlyFew = 1.5, kBetween[] = {8, 6, 5, 4, 3, 2};
 constexpr double kFinest = 1.4;       // voxels: nothing finer is looked at
 constexpr double kOfThickness = 0.7;  // an edge is at most so long: four quads go around a limb or into a slit
 constexpr double kLeastOfEven = 0.25, kLeastRefined = 1.0 / 6;  // of an even edge
@@ -199,6 +201,16 @@ CoarseCage CageMaker::make(const WorkPart& part, size_t most) const {
   if (most == 0) most = most_;
   CoarseCage cage;
   cage.mesh = coarsened(fine_, surface_, *tree_, *creases_, sizes_, most, finest_, part);
+  // Lines of creases get in each other's way. Evened out in between they come to lie otherwise.
+  if (cage.mesh.quads.size() > most && double(cage.mesh.quads.size()) < kNearlyFew * double(most)) {
+    QuadMesh between = fine_;
+    for (const double times : kBetween) {
+      between = fewer(std::move(between), static_cast<size_t>(times * double(most)), part);
+      QuadMesh mesh = fewer(between, most, part);
+      if (mesh.quads.size() < cage.mesh.quads.size()) cage.mesh = std::move(mesh);
+      if (cage.mesh.quads.size() <= most) break;
+    }
+  }
   if (cage.mesh.quads.size() > most && !creases_->empty()) {
     QuadMesh smooth = fine_;
     smooth.creases.clear();
@@ -211,6 +223,10 @@ CoarseCage CageMaker::make(const WorkPart& part, size_t most) const {
   cage.edgeMm = even_;
   cage.shape = shapeOf(cage.mesh.positions.size(), cage.mesh.quads.size());
   return cage;
+}
+
+QuadMesh CageMaker::fewer(QuadMesh mesh, size_t most, const WorkPart& part) const {
+  return coarsened(std::move(mesh), surface_, *tree_, *creases_, sizes_, most, finest_, part);
 }
 
 void CageMaker::refine(const std::vector<float>& off) {

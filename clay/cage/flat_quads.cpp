@@ -22,7 +22,7 @@ constexpr double kQuadsAHandle = 16;    // and there are so many at least
 constexpr double kMirrored = 2;         // voxels: fine surfaces of one shape differ by as much at sharp tips
 constexpr double kOnVoxels = 0.125;     // voxels: so near to a plane of voxels a half does not end
 constexpr double kNearPlane = 0.75;     // voxels: so near to it a half's quads may lie in the plane
-constexpr int kHalves = 4;              // that are drawn until one has as many quads as are asked for
+constexpr int kHalves = 6;              // tries until one has as many quads as are asked for
 constexpr double kEnough = 0.95, kBelow = 0.985;
 constexpr double kShareOfCage = 0.8, kShareOfHalf = 0.95, kShareOfFit = 0.9;
 
@@ -57,19 +57,33 @@ double shareInEnd(const CageMaker& maker, const EndPlane& end) {
 }
 
 // A cage of at most so many quads, of which none in the end of a half counts: of that as many more are drawn as it
-// takes, which is seen when they are.
-QuadMesh cageOf(const CageMaker& maker, size_t most, const std::optional<EndPlane>& end, const WorkPart& part) {
+// takes, which is seen when they are. `onlyGood`: of those that are not, the first will do.
+QuadMesh cageOf(const CageMaker& maker, size_t most, const std::optional<EndPlane>& end, bool onlyGood,
+                const WorkPart& part) {
   if (!end) return maker.make(part).mesh;
-  double asked = kBelow * double(most) / (1 - shareInEnd(maker, *end));
-  QuadMesh best;
+  double asked = double(most) / (1 - shareInEnd(maker, *end));
+  QuadMesh best, over;
+  double bestCount = 0;
   for (int i = 0; i < kHalves; ++i) {
-    QuadMesh mesh =
-        maker.make(part.part(double(i) / kHalves, double(i + 1) / kHalves), static_cast<size_t>(asked)).mesh;
+    const WorkPart step = part.part(double(i) / kHalves, double(i + 1) / kHalves);
+    // A few more do not always come of asking for a few more, but of too many the rest can go.
+    QuadMesh mesh = over.quads.empty() ? maker.make(step, static_cast<size_t>(asked)).mesh
+                                       : maker.fewer(std::move(over), static_cast<size_t>(asked), step);
     const Outside outside = outsideOf(mesh, end);
-    asked *= kBelow * double(most) / double(std::max<size_t>(1, outside.count));
-    if (outside.count > most) continue;
-    if (mesh.quads.size() > best.quads.size()) best = std::move(mesh);
-    if (double(outside.count) >= kEnough * double(most) || outside.jacobian < kGoodJacobian) break;
+    const auto count = double(std::max<size_t>(1, outside.count));
+    const bool enough = count >= kEnough * double(most), good = outside.jacobian >= kGoodJacobian;
+    if (outside.count > most) {
+      asked = double(mesh.quads.size()) - std::max(1.0, count - kBelow * double(most));
+      over = std::move(mesh);
+      continue;
+    }
+    if (count > bestCount) {
+      bestCount = count;
+      best = std::move(mesh);
+    }
+    if (enough || (onlyGood && !good)) break;
+    over = QuadMesh();
+    asked *= double(most) / (kBelow * count);
   }
   if (best.quads.empty()) throw Error("no cage of half the quads goes around half the piece", Error::Kind::work);
   return best;
@@ -102,7 +116,7 @@ FlatQuads drawn(const Version& version, size_t most, bool maybeMirrored, const s
         if (std::optional<FlatQuads> both = mirroredCage(version, most, out.maker, threads, step.part(0.3, 1)))
           return std::move(*both);
       if (out.halvings > 0 && double(few) < -kQuadsAHandle * double(out.maker->shape())) continue;
-      out.mesh = cageOf(*out.maker, few, end, step.part(0.3, 1));
+      out.mesh = cageOf(*out.maker, few, end, out.halvings > 0, step.part(0.3, 1));
     } catch (const Cancelled&) {
       throw;
     } catch (const Error&) {

@@ -12,14 +12,16 @@ void CreaseModel::findTurns() {
 }
 
 float CreaseModel::at(const Vec3f& p) const {
+  return joined({face[0].at(p), face[1].at(p), count == 3 ? face[2].at(p) : 0});
+}
+
+float CreaseModel::joined(const std::array<float, 3>& d) const {
   const auto join = [](float a, float b, bool isConvex) { return isConvex ? std::max(a, b) : std::min(a, b); };
-  const float d0 = face[0].at(p), d1 = face[1].at(p);
-  if (count == 2) return join(d0, d1, convex[0][1]);
+  if (count == 2) return join(d[0], d[1], convex[0][1]);
   // The pair that is unlike the other two first.
-  const float d2 = face[2].at(p);
-  if (convex[0][1] == convex[0][2]) return join(d0, join(d1, d2, convex[1][2]), convex[0][1]);
-  if (convex[0][1] == convex[1][2]) return join(d1, join(d0, d2, convex[0][2]), convex[0][1]);
-  return join(d2, join(d0, d1, convex[0][1]), convex[0][2]);
+  if (convex[0][1] == convex[0][2]) return join(d[0], join(d[1], d[2], convex[1][2]), convex[0][1]);
+  if (convex[0][1] == convex[1][2]) return join(d[1], join(d[0], d[2], convex[0][2]), convex[0][1]);
+  return join(d[2], join(d[0], d[1], convex[0][1]), convex[0][2]);
 }
 
 float CreaseModel::distance(const Vec3f& p) const {

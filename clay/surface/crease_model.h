@@ -33,6 +33,8 @@ struct CreaseModel {
   /// The field of the faces, as a maximum where they meet convexly, a minimum where concavely: exact on one side of a
   /// crease, a bound on the other.
   [[nodiscard]] float at(const Vec3f& p) const;
+  /// The same where each face has this distance.
+  [[nodiscard]] float joined(const std::array<float, 3>& distances) const;
   /// The distance to the surface, as far as two or three planes know, not negative.
   [[nodiscard]] float distance(const Vec3f& p) const;
 

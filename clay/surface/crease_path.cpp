@@ -75,21 +75,25 @@ Crossings crossingsOf(const CellView& cell, uint16_t edges, const CreaseModel& m
   Crossings found;
   found.edges = edges;
   found.of.fill(-1);
+  // Along an edge the faces' distances are linear.
+  std::array<std::array<float, 3>, 8> corners{};
+  for (size_t c = 0; c < 8; ++c) {
+    const Vec3f p =
+        cell.low + Vec3f(static_cast<float>(c >> 2), static_cast<float>(c >> 1 & 1), static_cast<float>(c & 1));
+    for (size_t k = 0; k < count; ++k) corners[c][k] = model.face[k].at(p);
+  }
   for (unsigned left = edges; left != 0; left &= left - 1) {
     const auto e = static_cast<size_t>(std::countr_zero(left));
     const CellEdge edge = kCellEdges[e];
-    const Vec3f from = cell.low + Vec3f(static_cast<float>(edge.from >> 2), static_cast<float>((edge.from >> 1) & 1),
-                                        static_cast<float>(edge.from & 1));
-    Vec3f to = from;
-    to[edge.axis] += 1;
-    std::array<Vec3f, 3> at;
-    std::array<float, 3> off;
+    const std::array<float, 3>&from = corners[edge.from], &to = corners[edge.to];
+    std::array<float, 3> way, off;
     size_t best = 0;
     for (size_t k = 0; k < count; ++k) {
-      const float df = model.face[k].at(from), slope = df - model.face[k].at(to);
-      at[k] = from;
-      at[k][edge.axis] += std::abs(slope) > 1e-6f ? std::clamp(df / slope, 0.0f, 1.0f) : 0.5f;
-      off[k] = std::abs(model.at(at[k]));
+      const float slope = from[k] - to[k];
+      way[k] = std::abs(slope) > 1e-6f ? std::clamp(from[k] / slope, 0.0f, 1.0f) : 0.5f;
+      std::array<float, 3> there;
+      for (size_t j = 0; j < 3; ++j) there[j] = from[j] + way[k] * (to[j] - from[j]);
+      off[k] = std::abs(model.joined(there));
       if (off[k] < off[best]) best = k;
     }
     // Grids often put a face on a plane of voxels: there an edge within the face has its crossing anywhere. It belongs
@@ -112,8 +116,10 @@ Crossings crossingsOf(const CellView& cell, uint16_t edges, const CreaseModel& m
     found.faces |= 1u << best;
     if (firm) found.firm |= 1u << best;
     found.of[e] = static_cast<int8_t>(best);
-    found.at[e] = at[best];
-    found.middle += at[best];
+    found.at[e] = cell.low + Vec3f(static_cast<float>(edge.from >> 2), static_cast<float>((edge.from >> 1) & 1),
+                                   static_cast<float>(edge.from & 1));
+    found.at[e][edge.axis] += way[best];
+    found.middle += found.at[e];
   }
   if (atCorner == 7) found.faces = 7;
   found.middle *= 1 / static_cast<float>(std::popcount(edges));

@@ -77,27 +77,29 @@ void group(const CreaseCell& cell, Grouping& out) {
   const size_t n = cell.planes.size();
   std::array<float, kMostPlanes>& weight = out.weight;
   for (size_t i = 0; i < n; ++i) weight[i] = weightAt(cell.planes[i], cell.draft);
+  std::array<float, kMostPlanes> score = weight;
   out.count = 0;
-  for (int k = 0; k < 3; ++k) {
+  for (size_t k = 0; k < 3; ++k) {
     float best = 0;
     size_t chosen = n;
     for (size_t i = 0; i < n; ++i) {
-      float score = weight[i];
-      for (int j = 0; j < k; ++j) {
-        const float t = turn(cell.planes[i].normal, out.groups[static_cast<size_t>(j)].normal);
-        score = t < kLeastTurn ? 0.0f : std::min(score, weight[i] * t);
+      if (k > 0) {
+        const float t = turn(cell.planes[i].normal, out.groups[k - 1].normal);
+        score[i] = t < kLeastTurn ? 0.0f : std::min(score[i], weight[i] * t);
       }
-      if (score > best) {
-        best = score;
+      if (score[i] > best) {
+        best = score[i];
         chosen = i;
       }
     }
     if (chosen == n) break;
-    out.groups[static_cast<size_t>(k)].normal = cell.planes[chosen].normal;
-    out.count = k + 1;
+    out.groups[k].normal = cell.planes[chosen].normal;
+    out.count = static_cast<int>(k) + 1;
   }
   if (out.count < 2) return;
+  std::fill_n(out.of.begin(), n, int8_t{-1});
   for (int round = 0; round < 3; ++round) {
+    bool changed = false;
     std::array<Vec3f, 3> sum;
     sum.fill(Vec3f::Zero());
     for (int k = 0; k < out.count; ++k)
@@ -108,11 +110,13 @@ void group(const CreaseCell& cell, Grouping& out) {
       for (int k = 1; k < out.count; ++k)
         if (const float t = turn(cell.planes[i].normal, out.groups[static_cast<size_t>(k)].normal); t < least)
           nearest = k, least = t;
+      changed |= out.of[i] != nearest;
       out.of[i] = static_cast<int8_t>(nearest);
       sum[static_cast<size_t>(nearest)] += weight[i] * cell.planes[i].normal;
       out.groups[static_cast<size_t>(nearest)].weight += weight[i];
       ++out.groups[static_cast<size_t>(nearest)].count;
     }
+    if (!changed) break;
     for (int k = 0; k < out.count; ++k) {
       const Vec3f& s = sum[static_cast<size_t>(k)];
       const float length = std::sqrt(s.squaredNorm());
@@ -129,19 +133,24 @@ void group(const CreaseCell& cell, Grouping& out) {
 CreaseModel modelAt(const CreaseCell& cell, const Grouping& grouping, std::span<const int> chosen, const Vec3f& p) {
   CreaseModel model;
   model.count = static_cast<int>(chosen.size());
+  std::array<int8_t, 3> place{-1, -1, -1};
+  for (size_t k = 0; k < chosen.size(); ++k) place[static_cast<size_t>(chosen[k])] = static_cast<int8_t>(k);
+  std::array<float, 3> sum{};
+  for (size_t i = 0; i < cell.planes.size(); ++i) {
+    const int8_t at = place[static_cast<size_t>(grouping.of[i])];
+    if (at < 0) continue;
+    const auto k = static_cast<size_t>(at);
+    const TangentPlane& plane = cell.planes[i];
+    const float w = grouping.trust[i] * weightAt(plane, p);
+    CreaseModel::Face& face = model.face[k];
+    face.gradient += w * plane.normal;
+    face.offset += w * (plane.distance + plane.normal.dot(cell.low - plane.centre));
+    face.foot += w * (plane.centre - plane.distance * plane.normal - cell.low);
+    sum[k] += w;
+  }
   for (size_t k = 0; k < chosen.size(); ++k) {
     CreaseModel::Face& face = model.face[k];
-    float sum = 0;
-    for (size_t i = 0; i < cell.planes.size(); ++i) {
-      if (grouping.of[i] != chosen[k]) continue;
-      const TangentPlane& plane = cell.planes[i];
-      const float w = grouping.trust[i] * weightAt(plane, p);
-      face.gradient += w * plane.normal;
-      face.offset += w * (plane.distance + plane.normal.dot(cell.low - plane.centre));
-      face.foot += w * (plane.centre - plane.distance * plane.normal - cell.low);
-      sum += w;
-    }
-    const float inverse = 1 / sum;
+    const float inverse = 1 / sum[k];
     face = {face.gradient * inverse, face.offset * inverse, face.foot * inverse};
   }
   model.findTurns();
@@ -182,12 +191,13 @@ struct Placed {
   unsigned faces = 0;
 };
 
-Placed place(const CreaseCell& cell, const CreaseModel& model, float tie) {
+// `near`: about there will do.
+Placed place(const CreaseCell& cell, const CreaseModel& model, float tie, bool near = false) {
   const Crossings crossings = crossingsOf(cell.view, cell.edges, model, tie);
   Placed placed{CreaseVertex::Kind::none, crossings.middle, crossings.faces};
   if (tie >= kSure) {
     if (crossings.firm != 0) placed.faces = crossings.firm;
-  } else if (std::has_single_bit(placed.faces)) {
+  } else if (!near && std::has_single_bit(placed.faces)) {
     placed.faces |= contested(cell.view, crossings, model, tie);
   }
   std::optional<Vec3f> p;
@@ -317,7 +327,7 @@ CreaseVertex placeAtCrease(const CreaseCell& cell) noexcept {
     if (scatter > kMostScatter * least * weights) continue;
 
     CreaseModel model = modelAt(cell, grouping, chosen, cell.draft);
-    Placed placed = place(cell, model, 0);
+    Placed placed = place(cell, model, 0, true);
     // Once more with the planes nearest to that place: on curved faces they are the right ones.
     if (placed.kind != CreaseVertex::Kind::none) model = modelAt(cell, grouping, chosen, placed.p + cell.low);
     std::optional<RoundedWedge> wedge = RoundedWedge::of(model);

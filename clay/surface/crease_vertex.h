@@ -6,14 +6,13 @@
 #include <span>
 
 #include "clay/base/vec.h"
+#include "clay/kernels/crisp_kernels.h"
 #include "clay/surface/crease_path.h"
 #include "clay/surface/surface.h"
 #include "clay/surface/tangent_plane.h"
 
 namespace argil::clay {
 
-/// 1 − cos 25°: faces that meet flatter than this stay as the draft has them, at most 0.11 voxel off.
-inline constexpr float kLeastTurn = 0.094f;
 /// 1 − the cosine of the angle between two unit vectors.
 [[nodiscard]] inline float turn(const Vec3f& a, const Vec3f& b) {
   return 1 - a.dot(b);
@@ -31,10 +30,8 @@ struct CreaseCell {
 struct CreaseVertex {
   enum class Kind { none, face, edge, corner } kind = Kind::none;
   Vec3f position;
-  Vec3f normal;           ///< The mean of the faces'.
-  bool curved = false;    ///< One of the faces turns within two voxels; said by placeCrisply alone.
-  bool explained = true;  ///< The cell is inside and outside as its faces say; said by placeCrisply alone.
-  float misfit = 0;       ///< Of the cell's values and flat faces, voxels; said by placeAtCrease alone.
+  Vec3f normal;      ///< The mean of the faces'.
+  float misfit = 0;  ///< Of the cell's values and flat faces, voxels.
 
   /// With the bit that says whether it stands on a crease.
   [[nodiscard]] PackedNormal packedNormal() const noexcept;

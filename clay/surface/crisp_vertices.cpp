@@ -5,33 +5,36 @@
 #include <bit>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "clay/kernels/cell_cases.h"
-#include "clay/kernels/crease_kernels.h"
+#include "clay/kernels/crisp_kernels.h"
 #include "clay/kernels/surface_kernels.h"
-#include "clay/surface/crisp_vertex.h"
+#include "clay/surface/crease_vertex.h"
 #include "clay/surface/tangent_plane.h"
 
 namespace argil::clay {
 
 namespace {
 
-// Cells that bend by less than the first (RMS, voxels) say best where their face is; on a ball of five voxels cells
-// bend by 0.025, so where few of them are flat, those that bend by less than the second count too.
-constexpr float kFlat = 0.02f, kCurved = 0.04f;
+// Cells that bend by less than this (RMS, voxels) say best where their face is; on a ball of five voxels cells bend by
+// 0.025, so where few of them are flat, those that bend by less than kCurvedPlane count too.
+constexpr float kFlat = 0.02f;
 // Of all planes: with more of them flat the others lie across the crease, with fewer on a curved face.
 constexpr float kFlatShare = 0.7f;
-// A cell in a rounding of two voxels bends by less than the first, and the plane through its corners has a slope above
-// the second.
-constexpr float kCreaseBend = 0.09f, kCreaseSlope = 0.93f;
 // Cells of faces that turn less than a ball of 120 voxels bend by less, and around a corner of such faces there
 // are so many of them: cells beside it that two faces do not explain are looked at again.
 constexpr float kFlatFaces = 0.001f;
 constexpr int kLeastFlat = 3;
-// How much deeper than the cell's values two faces may be on the side where they are exact, in the mean (voxels): where
-// a rounding of two voxels may be and where none is.
-constexpr float kDeeper = 0.03f, kDeeperAtCrease = 0.08f;
+// A slope that is not 1 counts as a bend by this factor (voxels²).
+constexpr float kBlurred = 0.05f;
+
+// How a vertex is sought: first by flat planes; in a cell with a crease, or beside one, by those of curved faces, then
+// by all.
+constexpr CrispRule kByFlat{.most = kFlat, .blurred = kBlurred, .share = kFlatShare, .least = 2},
+    kByCurved{.most = kCurvedPlane, .blurred = kBlurred, .share = 0, .least = 3},
+    kByAll{.most = kCurvedPlane, .blurred = 0, .share = 0, .least = 1};
 
 constexpr int kAround = BrickSurroundings::kMargin, kCells = BrickSurroundings::kCells;
 
@@ -74,20 +77,6 @@ bool creasedAround(const CellView& cell) {
   for (int face = 0; face < 6; ++face) {
     const CellView next = cell.beyond(face);
     if (next.pattern() % 255 != 0 && creased(next)) return true;
-  }
-  return false;
-}
-
-// Whether some of the planes are of flat faces, two of them turned from each other. Changes what the planes are rated.
-bool betweenFlatFaces(NearPlanes& planes) {
-  if (ratePlanes(planes, kFlatFaces, PlaneTrust::any) < kLeastFlat) return false;
-  int first = -1;
-  for (int i = 0; i < planes.count; ++i) {
-    if (planes.quality[i] <= 0) continue;
-    if (first < 0) first = i;
-    float cosine = 0;
-    for (const auto& row : planes.normal) cosine += row[i] * row[first];
-    if (1 - cosine > kLeastTurn) return true;
   }
   return false;
 }
@@ -195,7 +184,7 @@ class CrossedCells {
   CrossedCells(const BrickSurroundings& around, const BrickSurroundings::Range& range) {
     const auto& [low, high] = range;
     const unsigned some = ((1u << (high[2] - low[2])) - 1) << low[2];
-    std::array<BlockCell, kMostBrickPlanes + kPlanePadding> cells;
+    std::array<BlockCell, BlockPlanes::kMost + BlockPlanes::kPadding> cells;
     size_t count = 0;
     for (int x = low[0]; x < high[0]; ++x)
       for (int y = low[1]; y < high[1]; ++y) {
@@ -207,14 +196,15 @@ class CrossedCells {
         for (unsigned left = crossed; left != 0; left &= left - 1)
           cells[count++] = static_cast<BlockCell>(x << 8 | y << 4 | std::countr_zero(left));
       }
-    std::fill_n(cells.data() + count, kPlanePadding, cells[0]);
+    std::fill_n(cells.data() + count, BlockPlanes::kPadding, cells[0]);
     cellPlanes(around.at(0, 0, 0), BrickSurroundings::kStepX, BrickSurroundings::kStepY, kAround, cells.data(),
                static_cast<int>(count), planes_);
   }
 
-  // The planes up to three steps away from a cell of the brick, as numbers relative to it.
-  void near(int x, int y, int z, const Vec3f& low, NearPlanes& out) const {
-    std::array<uint16_t, kMostNearPlanes + kPlanePadding> indices;
+  [[nodiscard]] const BlockPlanes& planes() const { return planes_; }
+
+  // The planes up to three steps away from a cell of the brick; how many.
+  int near(int x, int y, int z, uint16_t (&out)[kMostNearPlanes]) const {
     size_t count = 0;
     const Row* rows = &rows_[static_cast<size_t>(x * kCells + y)];
     for (const RowReach& reach : kReach) {
@@ -222,11 +212,10 @@ class CrossedCells {
       // Those of a row follow each other. Five are written, needed or not: how many there are is hard to foresee.
       const unsigned reached = row.crossed & reach.cells << z;
       const auto at = static_cast<unsigned>(row.first + std::popcount(row.crossed & ((reached & (0 - reached)) - 1)));
-      for (unsigned i = 0; i < 5; ++i) indices[count + i] = static_cast<uint16_t>(at + i);
+      for (unsigned i = 0; i < 5; ++i) out[count + i] = static_cast<uint16_t>(at + i);
       count += static_cast<size_t>(std::popcount(reached));
     }
-    std::fill_n(indices.data() + count, kPlanePadding, uint16_t{0});
-    pickPlanes(planes_, indices.data(), static_cast<int>(count), low.data(), out);
+    return static_cast<int>(count);
   }
 
  private:
@@ -235,90 +224,212 @@ class CrossedCells {
     uint16_t first;    // Index of its first plane.
   };
   std::array<Row, kCells * kCells> rows_;
-  BrickPlanes planes_;
+  BlockPlanes planes_;
 };
 
-// Around a corner of three faces every crossed cell bends, and of a face there may be no plane that counts: there the
-// fine grade's step looks at all cells two steps away. That costs many times what a cell does, so only flat faces get
-// it.
-class Corners {
+// The vertices of a brick that may be moved, some at a time.
+class Placement {
  public:
-  explicit Corners(const BrickSurroundings& around) : around_(around) {}
-  CreaseVertex place(CreaseCell cell) {
-    if (!fits_) fits_.emplace(around_, kFlat);
-    std::array<TangentPlane, 125> planes;
-    const auto at = [&cell](int axis) { return static_cast<int>(cell.low[axis]) + kAround; };
-    cell.planes = {planes.data(), fits_->around(at(0), at(1), at(2), planes.data())};
-    return placeAtCrease(cell);
+  Placement(const BrickSurroundings& around, const CrossedCells& crossed, bool wantNormals, Grade grade,
+            ExtractionBuffer& brick)
+      : around_(around),
+        crossed_(crossed),
+        wantNormals_(wantNormals),
+        curvedAlone_(grade == Grade::fine),
+        brick_(brick) {
+    cells_.stepX = BrickSurroundings::kStepX, cells_.stepY = BrickSurroundings::kStepY;
+  }
+
+  void add(uint16_t vertex, uint16_t cell, uint16_t edges) {
+    Suspect& s = suspects_[count_++];
+    s.vertex = vertex, s.cell = cell, s.edges = edges;
+    s.kinked = s.curved = false, s.explained = true;
+    s.found.kind = CreaseVertex::Kind::none;
+    if (count_ == suspects_.size()) place();
+  }
+
+  // After the last.
+  void finish() {
+    place();
+    std::sort(brick_.sharp.begin(), brick_.sharp.begin() + static_cast<std::ptrdiff_t>(sharp_));
+    brick_.table.sharp = {brick_.sharp.data(), sharp_};
   }
 
  private:
-  const BrickSurroundings& around_;
-  std::optional<TangentPlanes> fits_;
-};
+  static constexpr size_t kAtOnce = 64;
+  // A vertex, and what became of it.
+  struct Suspect {
+    uint16_t vertex;
+    uint16_t cell;  // x·64 + y·8 + z
+    uint16_t edges;
+    bool kinked, curved, explained;
+    CreaseVertex found;
+  };
 
-// A vertex of a cell from the planes around it.
-CreaseVertex placeVertex(const CreaseCell& cell, NearPlanes& planes, Corners* corners) {
-  const bool kinked = creased(cell.view);
-  const float deeper = kinked ? kDeeperAtCrease : kDeeper;
-  const int all = ratePlanes(planes, kCurved, PlaneTrust::steep), flat = ratePlanes(planes, kFlat, PlaneTrust::steep);
-  CreaseVertex found;
-  if (static_cast<float>(flat) >= kFlatShare * static_cast<float>(all)) found = placeCrisply(cell, planes, deeper, 2);
-  if (found.kind == CreaseVertex::Kind::none && (kinked || creasedAround(cell.view))) {
-    ratePlanes(planes, kCurved, PlaneTrust::steep);
-    found = placeCrisply(cell, planes, deeper, 3);
-    if (found.kind == CreaseVertex::Kind::none) {
-      ratePlanes(planes, kCurved, PlaneTrust::any);
-      found = placeCrisply(cell, planes, deeper, 1);
+  std::span<Suspect> suspects() { return {suspects_.data(), count_}; }
+
+  void place() {
+    byTwoFaces();
+    if (!curvedAlone_) atCorners();
+    for (const Suspect& s : suspects()) {
+      const CreaseVertex& found = s.found;
+      if (found.kind == CreaseVertex::Kind::none) continue;
+      if (curvedAlone_ && (!s.curved || found.kind != CreaseVertex::Kind::edge)) continue;
+      brick_.positions[s.vertex] = found.position;
+      if (found.kind != CreaseVertex::Kind::face) brick_.sharp[sharp_++] = s.vertex;
+      if (wantNormals_) brick_.normals[s.vertex] = found.packedNormal();
+    }
+    count_ = 0;
+  }
+
+  void byTwoFaces() {
+    for (Suspect& s : suspects()) seek(s, kByFlat);
+    flush();
+    for (Suspect& s : suspects())
+      if (s.found.kind == CreaseVertex::Kind::none && (s.kinked || creasedAround(viewOf(s)))) {
+        // The first of them that finds something counts: none of the second does where the first has.
+        seek(s, kByCurved);
+        seek(s, kByAll);
+      }
+    flush();
+  }
+
+  // Around a corner of three faces every crossed cell bends, and of a face there may be no plane that counts: there the
+  // fine grade's step looks at all cells two steps away. That costs many times what a cell does, so only flat faces get
+  // it.
+  void atCorners() {
+    std::array<Suspect*, kAtOnce> open;
+    size_t count = 0;
+    for (Suspect& s : suspects())
+      if ((s.found.kind == CreaseVertex::Kind::none ? s.kinked : !s.explained) && isBetweenFlatFaces(s))
+        open[count++] = &s;
+    if (count > 0) placeAtCorners({open.data(), count});
+  }
+
+  void placeAtCorners(std::span<Suspect* const> open) {
+    TangentPlanes fits(around_, kFlat);
+    std::array<TangentPlane, 125> planes;
+    for (Suspect* s : open) {
+      const auto [x, y, z] = placeOf(*s);
+      const CreaseVertex corner =
+          placeAtCrease(cellOf(*s, {planes.data(), fits.around(x + kAround, y + kAround, z + kAround, planes.data())}));
+      if (corner.kind == CreaseVertex::Kind::corner || s->found.kind == CreaseVertex::Kind::none) s->found = corner;
     }
   }
-  const bool open = found.kind == CreaseVertex::Kind::none ? kinked : !found.explained;
-  if (!open || !corners || !betweenFlatFaces(planes)) return found;
-  const CreaseVertex corner = corners->place(cell);
-  return corner.kind == CreaseVertex::Kind::corner || found.kind == CreaseVertex::Kind::none ? corner : found;
-}
+
+  static std::array<int, 3> placeOf(const Suspect& s) { return {s.cell >> 6, s.cell >> 3 & 7, s.cell & 7}; }
+  static Vec3f lowOf(const Suspect& s) {
+    const auto [x, y, z] = placeOf(s);
+    return {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
+  }
+  CellView viewOf(const Suspect& s) const {
+    const auto [x, y, z] = placeOf(s);
+    return {around_.at(x + kAround, y + kAround, z + kAround), BrickSurroundings::kStepX, BrickSurroundings::kStepY};
+  }
+  CreaseCell cellOf(const Suspect& s, std::span<const TangentPlane> planes) const {
+    return {lowOf(s), brick_.positions[s.vertex], viewOf(s), s.edges, planes};
+  }
+
+  void seek(Suspect& s, const CrispRule& rule) {
+    const auto k = static_cast<size_t>(cells_.count++);
+    const auto [x, y, z] = placeOf(s);
+    const Vec3f low = lowOf(s), draft = brick_.positions[s.vertex] - low;
+    asked_[k] = &s;
+    cells_.phi[k] = viewOf(s).phi;
+    for (int axis = 0; axis < 3; ++axis) cells_.low[axis][k] = low[axis], cells_.draft[axis][k] = draft[axis];
+    cells_.edges[k] = s.edges;
+    cells_.rule[k] = &rule;
+    cells_.planes[k] = crossed_.near(x, y, z, cells_.plane[k]);
+    if (cells_.count == kCrispCells) flush();
+  }
+
+  void flush() {
+    if (cells_.count == 0) return;
+    CrispVertices found;
+    placeCrisply(cells_, crossed_.planes(), found);
+    for (size_t k = 0; k < static_cast<size_t>(cells_.count); ++k) {
+      Suspect& s = *asked_[k];
+      const auto has = [k](unsigned bits) { return (bits >> k & 1) != 0; };
+      s.kinked = has(found.kinked);
+      if (s.found.kind != CreaseVertex::Kind::none) continue;
+      if (has(found.edge | found.face)) {
+        const auto at = [k](const float(&rows)[3][kCrispCells]) { return Vec3f(rows[0][k], rows[1][k], rows[2][k]); };
+        s.found.kind = has(found.edge) ? CreaseVertex::Kind::edge : CreaseVertex::Kind::face;
+        s.found.position = at(found.position) + lowOf(s);
+        s.found.normal = at(found.normal);
+        s.curved = has(found.curved);
+        s.explained = has(found.explained);
+      } else if (has(found.third)) {
+        s.found = byThreeFaces(s, *cells_.rule[k], {cells_.plane[k], static_cast<size_t>(cells_.planes[k])});
+      }
+    }
+    cells_.count = 0;
+  }
+
+  CreaseVertex byThreeFaces(const Suspect& s, const CrispRule& rule, std::span<const uint16_t> near) const {
+    std::array<TangentPlane, kMostNearPlanes> planes;
+    size_t count = 0;
+    for (const uint16_t i : near) {
+      const float(&foot)[4] = crossed_.planes().foot[i], (&normal)[4] = crossed_.planes().normal[i];
+      const float quality = planeQuality(foot[BlockPlanes::bend], normal[BlockPlanes::blur], rule);
+      if (quality > 0) planes[count++] = {{foot[0], foot[1], foot[2]}, {normal[0], normal[1], normal[2]}, 0, quality};
+    }
+    return placeAtCrease(cellOf(s, {planes.data(), count}));
+  }
+
+  // Whether some of the planes are of flat faces, two of them turned from each other.
+  bool isBetweenFlatFaces(const Suspect& s) const {
+    uint16_t near[kMostNearPlanes];
+    const auto [x, y, z] = placeOf(s);
+    const int count = crossed_.near(x, y, z, near);
+    const float* first = nullptr;
+    int flat = 0;
+    bool turned = false;
+    for (int i = 0; i < count; ++i) {
+      const float* normal = crossed_.planes().normal[near[i]];
+      if (crossed_.planes().foot[near[i]][BlockPlanes::bend] >= kFlatFaces * kFlatFaces) continue;
+      if (!first) first = normal;
+      ++flat;
+      turned |= 1 - (normal[0] * first[0] + normal[1] * first[1] + normal[2] * first[2]) > kLeastTurn;
+    }
+    return turned && flat >= kLeastFlat;
+  }
+
+  const BrickSurroundings& around_;
+  const CrossedCells& crossed_;
+  const bool wantNormals_, curvedAlone_;
+  ExtractionBuffer& brick_;
+  size_t count_ = 0, sharp_ = 0;
+  std::array<Suspect, kAtOnce> suspects_;
+  CrispCells cells_;
+  std::array<Suspect*, kCrispCells> asked_;
+};
 
 }  // namespace
 
 void crispVertices(Sampler& field, Coord brick, const CreaseCells& cells, bool wantNormals, Grade grade,
                    ExtractionBuffer& out) {
-  const bool curvedAlone = grade == Grade::fine;
   const Suspects suspects(field, brick, cells, out.table.readsBeyond);
   if (!suspects.any()) return;
   const BrickSurroundings::Range range = suspects.range();
   BrickSurroundings around;
   around.read(field, brick, range);
   const CrossedCells crossed(around, range);
-  Corners corners(around);
-  NearPlanes planes;
-  size_t sharp = 0;
+  Placement placement(around, crossed, wantNormals, grade, out);
   auto special = out.table.specials.begin();
   for (int k = 0; k < cells.count; ++k) {
-    if (!suspects.has(cells.cells[k])) continue;
-    while (special != out.table.specials.end() && special->cell < cells.cells[k]) ++special;
-    const bool several = special != out.table.specials.end() && special->cell == cells.cells[k];
-    const int x = cells.cells[k] >> 6, y = (cells.cells[k] >> 3) & 7, z = cells.cells[k] & 7;
-    CreaseCell cell;
-    cell.low = {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
-    cell.view = {around.at(x + kAround, y + kAround, z + kAround), BrickSurroundings::kStepX,
-                 BrickSurroundings::kStepY};
-    crossed.near(x, y, z, cell.low, planes);
+    const uint16_t cell = cells.cells[k];
+    if (!suspects.has(cell)) continue;
+    while (special != out.table.specials.end() && special->cell < cell) ++special;
+    const bool several = special != out.table.specials.end() && special->cell == cell;
     const CellCases& cases = cellCases();
     const CellCase& c = (several && special->joined ? cases.joined : cases.separated)[cells.patterns[k]];
     for (int loop = 0; loop < (several ? c.loops : 1); ++loop) {
-      const size_t i = loop == 0 ? static_cast<size_t>(k) : special->extraFirst + static_cast<size_t>(loop) - 1;
-      cell.draft = out.positions[i];
-      cell.edges = several ? c.edgesOf(loop) : c.edges;
-      const CreaseVertex found = placeVertex(cell, planes, curvedAlone ? nullptr : &corners);
-      if (found.kind == CreaseVertex::Kind::none) continue;
-      if (curvedAlone && (!found.curved || found.kind != CreaseVertex::Kind::edge)) continue;
-      out.positions[i] = found.position;
-      if (found.kind != CreaseVertex::Kind::face) out.sharp[sharp++] = static_cast<uint16_t>(i);
-      if (wantNormals) out.normals[i] = found.packedNormal();
+      const int vertex = loop == 0 ? k : special->extraFirst + loop - 1;
+      placement.add(static_cast<uint16_t>(vertex), cell, several ? c.edgesOf(loop) : c.edges);
     }
   }
-  std::sort(out.sharp.begin(), out.sharp.begin() + static_cast<std::ptrdiff_t>(sharp));
-  out.table.sharp = {out.sharp.data(), sharp};
+  placement.finish();
 }
 
 }  // namespace argil::clay

@@ -37,19 +37,23 @@ bool RoundedWedge::alone(const std::array<float, 3>& d, size_t most) const {
   return true;
 }
 
+RoundedWedge::Value RoundedWedge::given(float distance, const Vec3f& gradient, float byRadius) const {
+  return {turn_ * (distance - radius_), gradient * turn_, turn_ * (byRadius - 1)};
+}
+
 // The nearest point of the faces moved in by the radius: on one of them, on the line of two, or at the tip; first where
 // the others lie behind.
 RoundedWedge::Value RoundedWedge::at(const Vec3f& p) const {
+  std::array<float, 3> d{};
+  for (size_t k = 0; k < static_cast<size_t>(count_); ++k) d[k] = normal_[k].dot(p) + offset_[k] + radius_;
+  const size_t most = farthest(d);
+  return d[most] <= 0 || alone(d, most) ? given(d[most], normal_[most], 1) : between(d, most);
+}
+
+RoundedWedge::Value RoundedWedge::between(const std::array<float, 3>& d, size_t most) const {
   const auto& c = cosine_;
   const auto n = static_cast<size_t>(count_);
-  std::array<float, 3> d{};
-  for (size_t k = 0; k < n; ++k) d[k] = normal_[k].dot(p) + offset_[k] + radius_;
-  const size_t most = farthest(d);
-  const auto given = [&](float distance, const Vec3f& gradient, float byRadius) {
-    return Value{turn_ * (distance - radius_), gradient * turn_, turn_ * (byRadius - 1)};
-  };
   const auto behind = [&](size_t k, float others) { return d[k] - others <= kBehind; };
-  if (d[most] <= 0 || alone(d, most)) return given(d[most], normal_[most], 1);
   for (size_t a = 0; a < n; ++a)
     for (size_t b = 0; b < a; ++b) {
       const float det = 1 - c[a][b] * c[a][b];
@@ -75,7 +79,6 @@ RoundedWedge::Value RoundedWedge::at(const Vec3f& p) const {
 void RoundedWedge::fit(const CellView& cell) {
   // The voxels around the cell, and how far from the faces as they are, without a radius.
   struct Sample {
-    Vec3f p;
     float phi;
     std::array<float, 3> d{};
   };
@@ -87,9 +90,9 @@ void RoundedWedge::fit(const CellView& cell) {
         const float phi = cell.phi[x * cell.stepX + y * cell.stepY + z];
         if (std::abs(phi) > 2.0f) continue;
         Sample& sample = samples[count++];
-        sample.p = cell.low + Vec3f(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z));
+        const Vec3f p = cell.low + Vec3f(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z));
         sample.phi = phi;
-        for (size_t k = 0; k < static_cast<size_t>(count_); ++k) sample.d[k] = normal_[k].dot(sample.p) + offset_[k];
+        for (size_t k = 0; k < static_cast<size_t>(count_); ++k) sample.d[k] = normal_[k].dot(p) + offset_[k];
       }
   radius_ = 0.3f;
   for (int round = 0; round < 5; ++round) {
@@ -98,8 +101,9 @@ void RoundedWedge::fit(const CellView& cell) {
       // On one face alone the radius changes nothing.
       std::array<float, 3> d = samples[i].d;
       for (float& each : d) each += radius_;
-      if (const size_t most = farthest(d); d[most] <= 0 || alone(d, most)) continue;
-      const Value v = at(samples[i].p);
+      const size_t most = farthest(d);
+      if (d[most] <= 0 || alone(d, most)) continue;
+      const Value v = between(d, most);
       top += v.byRadius * (samples[i].phi - v.distance);
       bottom += v.byRadius * v.byRadius;
     }

@@ -36,6 +36,10 @@ class RoundedWedge {
   [[nodiscard]] size_t farthest(const std::array<float, 3>& d) const;
   [[nodiscard]] bool alone(const std::array<float, 3>& d, size_t most) const;
 
+  // Where no face alone counts.
+  [[nodiscard]] Value between(const std::array<float, 3>& d, size_t most) const;
+  [[nodiscard]] Value given(float distance, const Vec3f& gradient, float byRadius) const;
+
   std::array<Vec3f, 3> normal_;
   std::array<float, 3> offset_{};
   float cosine_[3][3] = {};

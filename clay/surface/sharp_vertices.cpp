@@ -130,25 +130,21 @@ void splitAlongCreases(const std::array<VertexSource, 8>& sources, std::span<std
   if (std::none_of(sources.begin(), sources.end(),
                    [](const VertexSource& s) { return s.table && !s.table->sharp.empty(); }))
     return;
-  // Bit by vertex of each source: a look at a list for every corner would cost more than the quads.
-  uint64_t marks[8][(kVertexRefIndex + 1) / 64];
-  for (size_t k = 0; k < 8; ++k) {
+  // Bit by reference to a vertex: a look at a list for every corner would cost more than the quads.
+  uint64_t marks[(kVertexRefIndex + 1) / 8];
+  for (unsigned k = 0; k < 8; ++k) {
     if (!sources[k].table) continue;
-    std::fill_n(marks[k], sources[k].table->vertices / 64 + 1, uint64_t{0});
-    for (const uint16_t index : sources[k].table->sharp) marks[k][index >> 6] |= uint64_t{1} << (index & 63);
+    // Of sources dx is the highest bit, of references z.
+    uint64_t* of = marks + size_t{(k & 1) << 2 | (k & 2) | k >> 2} * ((kVertexRefIndex + 1) / 64);
+    std::fill_n(of, sources[k].table->vertices / 64 + 1, uint64_t{0});
+    for (const uint16_t index : sources[k].table->sharp) of[index >> 6] |= uint64_t{1} << (index & 63);
   }
+  const auto on = [&marks](unsigned ref) { return static_cast<unsigned>(marks[ref >> 6] >> (ref & 63) & 1); };
   // Bit i: corner i is sharp. Set where the diagonal 1–3 must be taken in place of 0–2.
   constexpr unsigned kTurned = 1u << 0b1010 | 1u << 0b0111 | 1u << 0b1101;
   for (std::array<VertexRef, 4>& quad : quads) {
-    unsigned on = 0;
-    for (size_t i = 0; i < 4; ++i) {
-      // Bits 13 to 15 of a reference are x, y, z.
-      const int lower = quad[i] >> kVertexRefBits;
-      const unsigned index = quad[i] & kVertexRefIndex;
-      const uint64_t word = marks[(lower & 1) << 2 | (lower & 2) | lower >> 2][index >> 6];
-      on |= static_cast<unsigned>(word >> (index & 63) & 1) << i;
-    }
-    if (kTurned >> on & 1) std::rotate(quad.begin(), quad.begin() + 1, quad.end());
+    const unsigned sharp = on(quad[0]) | on(quad[1]) << 1 | on(quad[2]) << 2 | on(quad[3]) << 3;
+    if (kTurned >> sharp & 1) quad = {quad[1], quad[2], quad[3], quad[0]};
   }
 }
 

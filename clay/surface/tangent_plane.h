@@ -1,8 +1,7 @@
 #pragma once
 // Cells that lie on one face, and the plane that it has there.
 
-#include <bit>
-#include <cstdint>
+#include <cstddef>
 
 #include "clay/base/vec.h"
 #include "clay/kernels/crease_kernels.h"
@@ -31,46 +30,26 @@ struct TangentPlane {
   return ((xy * xy + yz * yz) + (zx * zx + xyz * xyz)) * (1.0f / 64);
 }
 
-/// The planes of the cells around a brick, each made when it is first asked for.
+/// The planes of the cells around a brick.
 class TangentPlanes {
  public:
-  /// `around` must stand as long as this does; only cells whose corners it has read may be asked for. A cell that bends
-  /// by more than `flat` (RMS, voxels) lies on no one face.
+  /// Of the cells whose corners `around` has read. A cell that bends by `flat` (RMS, voxels) or more lies on no one
+  /// face. About a microsecond.
   TangentPlanes(const BrickSurroundings& around, float flat, float slight = 0, float strong = 0);
   /// The cells that bend by more than `slight` and by more than `strong`.
-  [[nodiscard]] const BlockCells& slightlyBent() const { return cells_.slight; }
-  [[nodiscard]] const BlockCells& bent() const { return cells_.strong; }
+  [[nodiscard]] const BlockCells& slightlyBent() const { return fits_.slight; }
+  [[nodiscard]] const BlockCells& bent() const { return fits_.strong; }
 
   /// The cells up to two steps away along each axis from the cell x, y, z (counted as in BrickSurroundings) that lie on
-  /// one face: their planes, appended to `out`, which has room for all 125; how many. None has a cell that is bent, has
-  /// hardly a slope, or is so far from the surface that it sees other faces too.
-  size_t around(int x, int y, int z, TangentPlane* out);
+  /// one face: their planes, appended to `out`, which has room for all 125; how many.
+  size_t around(int x, int y, int z, TangentPlane* out) const;
   /// Whether none of them is turned by `most` (1 − the cosine) or more from the one that counts most at `p`, voxels
   /// from the brick's lowest one.
-  [[nodiscard]] bool agreeAround(int x, int y, int z, const Vec3f& p, float most);
+  [[nodiscard]] bool agreeAround(int x, int y, int z, const Vec3f& p, float most) const;
 
  private:
-  static constexpr int kCells = BrickSurroundings::kCells;
-  static_assert(kCells == kBlockCells);
-
-  // Of the cells of a row whose bits are set, those that have a plane.
-  unsigned known(int x, int y, unsigned cells) {
-    const unsigned maybe = cells & cells_.flatNear[x][y];
-    for (unsigned left = maybe & ~asked_[x][y]; left != 0; left &= left - 1) {
-      const int z = std::countr_zero(left);
-      if (fit(x, y, z)) known_[x][y] = static_cast<uint16_t>(known_[x][y] | 1u << z);
-    }
-    asked_[x][y] = static_cast<uint16_t>(asked_[x][y] | maybe);
-    return known_[x][y] & cells;
-  }
-  bool fit(int x, int y, int z);
-
-  const BrickSurroundings& around_;
-  float flat2_;
-  SortedCells cells_;
-  BlockCells asked_{}, known_{};
-  TangentPlane planes_[kCells][kCells][kCells];
-  BlockNormals normals_;
+  static_assert(BrickSurroundings::kCells == kBlockCells);
+  CellFits fits_;
 };
 
 }  // namespace argil::clay

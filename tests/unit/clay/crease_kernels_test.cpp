@@ -1,4 +1,4 @@
-// What is sorted and compared for many cells at once, beside plain loops.
+// What is fitted and compared for many cells at once, beside plain loops.
 
 #include "clay/kernels/crease_kernels.h"
 
@@ -19,12 +19,13 @@ namespace {
 
 constexpr int kStepX = BrickSurroundings::kStepX, kStepY = BrickSurroundings::kStepY;
 
-TEST(CreaseKernels, CellsAreSortedAsOneByOne) {
+TEST(CreaseKernels, CellsAreFittedAsOneByOne) {
   std::mt19937 random(5);
+  int flats = 0, others = 0;
   for (int round = 0; round < 20; ++round) {
-    // A plane with bumps, some cells of which are bent, flat, near and far.
+    // A plane with bumps, some cells of which are bent, flat, near, far and without a slope.
     std::uniform_real_distribution<float> any(-1, 1);
-    const Vec3f normal = Vec3f(any(random), any(random), any(random)).normalized();
+    const Vec3f normal = Vec3f(any(random), any(random), any(random)).normalized() * (round % 3 == 2 ? 0.51f : 1.0f);
     const float bump = 0.05f * float(round % 4), offset = 3 * any(random);
     std::vector<float> phi(13 * kStepX, 1e9f);  // what is read beside the block shows
     for (int x = 0; x < 13; ++x)
@@ -32,35 +33,54 @@ TEST(CreaseKernels, CellsAreSortedAsOneByOne) {
         for (int z = 0; z < 13; ++z)
           phi[size_t(x * kStepX + y * kStepY + z)] =
               normal.dot(Vec3f(float(x), float(y), float(z)) - Vec3f::Constant(6)) + offset + bump * any(random);
-    const CellBends bends{.slight = 0.01f, .strong = 0.03f, .flat = 0.02f, .near = 1.8f};
+    const CellBends bends{.slight = 0.01f, .strong = 0.03f, .flat = 0.02f};
     tests::forEachSimdTarget([&](const std::string& name) {
-      SortedCells sorted;
-      sortCells(phi.data(), kStepX, kStepY, bends, sorted);
+      const auto fits = std::make_unique<CellFits>();
+      fitCells(phi.data(), kStepX, kStepY, bends, *fits);
       for (int x = 0; x < kBlockCells; ++x)
         for (int y = 0; y < kBlockCells; ++y) {
-          unsigned slight = 0, strong = 0, flat = 0;
+          unsigned slight = 0, strong = 0;
           for (int z = 0; z < kBlockCells; ++z) {
-            const float* low = &phi[size_t(x * kStepX + y * kStepY + z)];
-            const float bend = bendOf(low, kStepX, kStepY);
-            float sum = 0;
-            for (int c = 0; c < 8; ++c) sum += low[(c >> 2) * kStepX + (c >> 1 & 1) * kStepY + (c & 1)];
-            ASSERT_GT(std::abs(std::abs(sum) / 8 - bends.near), 1e-6f);  // else either answer is right
+            const auto at = [&](int c) {
+              return phi[size_t((x + (c >> 2)) * kStepX + (y + (c >> 1 & 1)) * kStepY + z + (c & 1))];
+            };
+            // The plane through the corners by their mean and their slopes, and what it leaves of them.
+            float mean = 0, bend = 0;
+            Vec3f slope = Vec3f::Zero();
+            for (int c = 0; c < 8; ++c) {
+              mean += at(c) / 8;
+              for (int axis = 0; axis < 3; ++axis) slope[axis] += (c >> (2 - axis) & 1 ? at(c) : -at(c)) / 4;
+            }
+            for (int c = 0; c < 8; ++c) {
+              const Vec3f to = Vec3f(float(c >> 2), float(c >> 1 & 1), float(c & 1)) - Vec3f::Constant(0.5f);
+              const float off = at(c) - mean - slope.dot(to);
+              bend += off * off / 8;
+            }
             slight |= unsigned{bend > bends.slight * bends.slight} << z;
             strong |= unsigned{bend > bends.strong * bends.strong} << z;
-            flat |= unsigned{bend <= bends.flat * bends.flat && std::abs(sum) / 8 < bends.near} << z;
+            const float steep = slope.norm(), distance = mean / steep, flat2 = bends.flat * bends.flat;
+            const bool flat = bend < flat2 && steep > 0.5f && std::abs(distance) < 1.5f;
+            (flat ? flats : others) += 1;
+            EXPECT_EQ(fits->flat[x][y] >> z & 1, unsigned{flat}) << name << " " << x << " " << y << " " << z;
+            EXPECT_NEAR(fits->quality[x][y][z], flat ? 1 - bend / flat2 : 0, 1e-3f);
+            if (!flat) continue;
+            EXPECT_NEAR(fits->distance[x][y][z], distance, 1e-5f);
+            const Vec3f unit(fits->x[x][y][z], fits->y[x][y][z], fits->z[x][y][z]);
+            EXPECT_LT((unit - slope / steep).norm(), 1e-5f);
           }
-          EXPECT_EQ(sorted.slight[x][y], slight) << name << " " << x << " " << y;
-          EXPECT_EQ(sorted.strong[x][y], strong) << name << " " << x << " " << y;
-          EXPECT_EQ(sorted.flatNear[x][y], flat) << name << " " << x << " " << y;
+          EXPECT_EQ(fits->slight[x][y], slight) << name << " " << x << " " << y;
+          EXPECT_EQ(fits->strong[x][y], strong) << name << " " << x << " " << y;
         }
     });
   }
+  EXPECT_GT(flats, 1000);
+  EXPECT_GT(others, 1000);
 }
 
 TEST(CreaseKernels, NormalsAgreeAsOneByOne) {
   std::mt19937 random(11);
   std::uniform_real_distribution<float> any(-1, 1);
-  const auto normals = std::make_unique<BlockNormals>();
+  const auto normals = std::make_unique<CellFits>();
   int yes = 0, no = 0;
   for (int round = 0; round < 400; ++round) {
     // Where there is no plane the rest may be anything.
