@@ -15,6 +15,7 @@
 #include "clay/field/renewed_block.h"
 #include "clay/field/settle.h"
 #include "clay/field/work_rooms.h"
+#include "clay/kernels/brush_kernels.h"
 #include "clay/kernels/shaping_kernels.h"
 #include "clay/store/brick_margins.h"
 #include "clay/store/brick_set.h"
@@ -70,10 +71,7 @@ std::vector<Coord> blocksOf(const Version& version) {
 // For each brick around (kAroundSteps) whether something within the band lies no farther than kLayers from it.
 uint32_t near(const BrickValues& values, float band) {
   uint64_t slices[kBrickEdge];
-  for (int x = 0; x < kBrickEdge; ++x) {
-    slices[x] = 0;
-    for (int i = 0; i < 64; ++i) slices[x] |= uint64_t{std::abs(values[x * 64 + i]) < band} << i;
-  }
+  bandBits(&values[0], band, slices);
   constexpr uint64_t kAll = ~uint64_t{0}, kFirstZ = 0x0101010101010101u * ((1u << kLayers) - 1),
                      kFirstY = (uint64_t{1} << (8 * kLayers)) - 1;
   constexpr uint64_t kY[3] = {kFirstY, kAll, kFirstY << (64 - 8 * kLayers)},
