@@ -83,8 +83,8 @@ bool CrossEdges(const float* phi, int stepX, int stepY, unsigned edges, EdgeCros
     const Floats b = at(0, 0, 0), c = at(1, 0, 0);
     Floats low = secondDifference(at(-1, 0, 0), b, c), high = secondDifference(b, c, at(2, 0, 0));
     const Mask lowKink = kinked(low, high), highKink = kinked(high, low);
-    const Floats smooth = high;
-    high = hn::IfThenElse(hn::AndNot(lowKink, highKink), low, high);
+    const Floats smooth = high;  // never both are kinked
+    high = hn::IfThenElse(highKink, low, high);
     low = hn::IfThenElse(lowKink, smooth, low);
     const Floats rise = hn::Sub(c, b), one = all(1);
     Floats t = hn::Div(b, hn::Sub(b, c)), slope = rise;

@@ -22,6 +22,9 @@ struct Rows {
   Row x, y, z;
 };
 
+// More than what rounding takes from a distance.
+constexpr float kReached = 1 + 1e-4f;
+
 HWY_INLINE Row dot(const Rows& a, Row x, Row y, Row z) {
   return hn::Add(hn::Add(hn::Mul(a.x, x), hn::Mul(a.y, y)), hn::Mul(a.z, z));
 }
@@ -50,23 +53,20 @@ struct Flow {
   Rows v;
 };
 
-Flow flowOf(const WarpImage* images, size_t count, int shape, const Rows& at, float time) {
+// Where between its ends the nearest place of the tip's way lies.
+HWY_INLINE Row nearestTime(const WarpImage& image, const Rows& from) {
+  const RowTag d;
+  const Row along = dot(from, hn::Set(d, image.dx), hn::Set(d, image.dy), hn::Set(d, image.dz));
+  return hn::Min(hn::Max(hn::Mul(along, hn::Set(d, image.inverseLength2)), hn::Zero(d)), hn::Set(d, 1.0f));
+}
+
+HWY_INLINE Flow flowOfOne(const WarpImage& image, int shape, const Rows& at, float time) {
   const RowTag d;
   const Row zero = hn::Zero(d), one = hn::Set(d, 1.0f);
-  if (count > 1) {
-    // Halves first: mirroring does not change the sum.
-    const size_t half = count / 2;
-    const Flow a = flowOf(images, half, shape, at, time), b = flowOf(images + half, count - half, shape, at, time);
-    return {hn::Add(a.weight, b.weight),
-            hn::Mul(a.left, b.left),
-            {hn::Add(a.v.x, b.v.x), hn::Add(a.v.y, b.v.y), hn::Add(a.v.z, b.v.z)}};
-  }
-  const WarpImage& image = *images;
   if (!image.active) return {zero, one, {zero, zero, zero}};
   const Row dx = hn::Set(d, image.dx), dy = hn::Set(d, image.dy), dz = hn::Set(d, image.dz);
   Rows e{hn::Sub(at.x, hn::Set(d, image.ax)), hn::Sub(at.y, hn::Set(d, image.ay)), hn::Sub(at.z, hn::Set(d, image.az))};
-  Row t = hn::Set(d, time);
-  if (image.fromSegment) t = hn::Min(hn::Max(hn::Mul(dot(e, dx, dy, dz), hn::Set(d, image.inverseLength2)), zero), one);
+  const Row t = image.fromSegment ? nearestTime(image, e) : hn::Set(d, time);
   e = {hn::Sub(e.x, hn::Mul(t, dx)), hn::Sub(e.y, hn::Mul(t, dy)), hn::Sub(e.z, hn::Mul(t, dz))};
   const Row radius = hn::Add(hn::Set(d, image.radius), hn::Mul(t, hn::Set(d, image.growth)));
   const Row w = weightOf(shape, hn::Div(dot(e, e.x, e.y, e.z), hn::Mul(radius, radius)));
@@ -84,12 +84,39 @@ Flow flowOf(const WarpImage* images, size_t count, int shape, const Rows& at, fl
            axis(dz, e.z, nz, image.spinX, e.y, image.spinY, e.x)}};
 }
 
+Flow flowOf(const WarpImage* images, size_t count, int shape, const Rows& at, float time) {
+  if (count == 1) return flowOfOne(*images, shape, at, time);
+  // Halves first: mirroring does not change the sum.
+  const size_t half = count / 2;
+  const Flow a = flowOf(images, half, shape, at, time), b = flowOf(images + half, count - half, shape, at, time);
+  return {hn::Add(a.weight, b.weight),
+          hn::Mul(a.left, b.left),
+          {hn::Add(a.v.x, b.v.x), hn::Add(a.v.y, b.v.y), hn::Add(a.v.z, b.v.z)}};
+}
+
+// Whether some of the places come into a tip on its way. Elsewhere nothing flows, and what does not move stays there.
+HWY_INLINE bool anyReached(const WarpImage* images, size_t count, const Rows& at) {
+  const RowTag d;
+  for (size_t i = 0; i < count; ++i) {
+    const WarpImage& image = images[i];
+    if (!image.active) continue;
+    Rows e{hn::Sub(at.x, hn::Set(d, image.ax)), hn::Sub(at.y, hn::Set(d, image.ay)),
+           hn::Sub(at.z, hn::Set(d, image.az))};
+    const Row t = nearestTime(image, e);
+    e = {hn::Sub(e.x, hn::Mul(t, hn::Set(d, image.dx))), hn::Sub(e.y, hn::Mul(t, hn::Set(d, image.dy))),
+         hn::Sub(e.z, hn::Mul(t, hn::Set(d, image.dz)))};
+    const float radius = kReached * (image.radius + (image.growth > 0 ? image.growth : 0));
+    if (!hn::AllFalse(d, hn::Lt(dot(e, e.x, e.y, e.z), hn::Set(d, radius * radius)))) return true;
+  }
+  return false;
+}
+
 // Where images overlap: the mean of what they do by weight, as strongly as they weigh together, at most 1. One alone:
 // its own.
 HWY_INLINE Rows velocity(const WarpImage* images, size_t count, int shape, const Rows& at, float time) {
   const RowTag d;
+  if (count == 1) return flowOfOne(*images, shape, at, time).v;
   const Flow flow = flowOf(images, count, shape, at, time);
-  if (count == 1) return flow.v;
   const Row share = hn::Div(hn::Sub(hn::Set(d, 1.0f), flow.left), hn::Max(flow.weight, hn::Set(d, 1e-12f)));
   return {hn::Mul(flow.v.x, share), hn::Mul(flow.v.y, share), hn::Mul(flow.v.z, share)};
 }
@@ -109,7 +136,7 @@ void Trace(const WarpImage* images, size_t count, int shape, int steps, float sp
           const Row s = hn::Set(d, by);
           return Rows{hn::Sub(at.x, hn::Mul(s, v.x)), hn::Sub(at.y, hn::Mul(s, v.y)), hn::Sub(at.z, hn::Mul(s, v.z))};
         };
-        for (int i = steps; i > 0; --i) {
+        for (int i = anyReached(images, count, at) ? steps : 0; i > 0; --i) {
           const float late = static_cast<float>(i) * step, middle = (static_cast<float>(i) - 0.5f) * step,
                       early = static_cast<float>(i - 1) * step;
           const Rows k1 = velocity(images, count, shape, at, late);
@@ -157,8 +184,9 @@ HWY_INLINE void slopesOf(float t, float* w) {
 }
 
 // Outer pair, then inner pair: the same turned round.
-HWY_INLINE Quad four(Quad a, Quad b, Quad c, Quad e, const float* w) {
-  const QuadTag d;
+template <class V>
+HWY_INLINE V four(V a, V b, V c, V e, const float* w) {
+  const hn::DFromV<V> d;
   return hn::Add(hn::Add(hn::Mul(a, hn::Set(d, w[0])), hn::Mul(e, hn::Set(d, w[3]))),
                  hn::Add(hn::Mul(b, hn::Set(d, w[1])), hn::Mul(c, hn::Set(d, w[2]))));
 }
@@ -170,6 +198,9 @@ HWY_INLINE Quad along(const float* at, ptrdiff_t stride, const float* w) {
 }
 
 void Compose(const NodePlaces& places, float spacing, const Displacement* window, int margin, Displacement* out) {
+  using FourTag = hn::CappedTag<float, 16>;
+  using Four = hn::Vec<FourTag>;
+  const FourTag f;
   const QuadTag d;
   const int n = 8 + 2 * margin;
   const float inverse = 1 / spacing;
@@ -193,15 +224,20 @@ void Compose(const NodePlaces& places, float spacing, const Displacement* window
       out[i] = here;
       continue;
     }
+    // Across x and y for the four nodes along z at once, then along z.
     const float* corner = &window[(first[0] * n + first[1]) * n + first[2]].x;
-    Quad slice[4];
-    for (int x = 0; x < 4; ++x) {
-      const float* at = corner + x * slicesApart;
-      slice[x] = four(along(at, 4, w[2]), along(at + rowsApart, 4, w[2]), along(at + 2 * rowsApart, 4, w[2]),
-                      along(at + 3 * rowsApart, 4, w[2]), w[1]);
+    alignas(64) float nodes[16];
+    for (size_t part = 0; part < 16; part += hn::Lanes(f)) {
+      Four slice[4];
+      for (int x = 0; x < 4; ++x) {
+        const float* at = corner + x * slicesApart + part;
+        slice[x] = four(hn::LoadU(f, at), hn::LoadU(f, at + rowsApart), hn::LoadU(f, at + 2 * rowsApart),
+                        hn::LoadU(f, at + 3 * rowsApart), w[1]);
+      }
+      hn::Store(four(slice[0], slice[1], slice[2], slice[3], w[0]), f, nodes + part);
     }
     alignas(16) float sum[4];
-    hn::Store(four(slice[0], slice[1], slice[2], slice[3], w[0]), d, sum);
+    hn::Store(along(nodes, 4, w[2]), d, sum);
     out[i] = {sum[0] + (place[0] - own[0]), sum[1] + (place[1] - own[1]), sum[2] + (place[2] - own[2]), 0};
   }
 }
@@ -214,14 +250,19 @@ void Refine(const Displacement* window, int n, const int (&first)[3][10], const 
   for (int row = 0; row < n * n; ++row)
     for (int z = 0; z < 10; ++z)
       hn::StoreU(along(&window[row * n + first[2][z]].x, 4, weights[2][z]), d, &alongZ[row * 10 + z].x);
+  // Of these, nodes that follow each other have the same weights.
+  const RowTag wide;
+  const auto blend = [&](const Displacement* from, int apart, const float* w, int nodes, Displacement* to) HWY_ATTR {
+    const float* at = &from->x;
+    for (ptrdiff_t i = 0; i < 4 * nodes; i += static_cast<ptrdiff_t>(hn::Lanes(wide))) {
+      const auto node = [&](int k) HWY_ATTR { return hn::LoadU(wide, at + 4 * k * apart + i); };
+      hn::StoreU(four(node(0), node(1), node(2), node(3), w), wide, &to->x + i);
+    }
+  };
   for (int x = 0; x < n; ++x)
     for (int y = 0; y < 10; ++y)
-      for (int z = 0; z < 10; ++z)
-        hn::StoreU(along(&alongZ[(x * n + first[1][y]) * 10 + z].x, 40, weights[1][y]), d,
-                   &alongY[(x * 10 + y) * 10 + z].x);
-  for (int x = 0; x < 10; ++x)
-    for (int i = 0; i < 100; ++i)
-      hn::StoreU(along(&alongY[first[0][x] * 100 + i].x, 400, weights[0][x]), d, &out[x * 100 + i].x);
+      blend(&alongZ[(x * n + first[1][y]) * 10], 10, weights[1][y], 10, &alongY[(x * 10 + y) * 10]);
+  for (int x = 0; x < 10; ++x) blend(&alongY[first[0][x] * 100], 100, weights[0][x], 100, &out[x * 100]);
 }
 
 void Sample(const FieldSample* samples, size_t count, ptrdiff_t strideX, ptrdiff_t strideY, FieldValue* out) {
