@@ -178,7 +178,8 @@ class Suspects {
   bool any_ = false;
 };
 
-// The cells around a brick that have both signs among their corners, and their planes.
+// The cells around a brick that have both signs among their corners, and the planes of those that do not bend too much
+// for any rule.
 class CrossedCells {
  public:
   CrossedCells(const BrickSurroundings& around, const BrickSurroundings::Range& range) {
@@ -192,13 +193,27 @@ class CrossedCells {
                        d = around.inside(x + 1, y + 1);
         const unsigned any = a | b | c | d, all = a & b & c & d;
         const unsigned crossed = (any | any >> 1) & ~(all & all >> 1) & some;
-        rows_[static_cast<size_t>(x * kCells + y)] = {static_cast<uint16_t>(crossed), static_cast<uint16_t>(count)};
+        rows_[static_cast<size_t>(x * kCells + y)].cells = static_cast<uint16_t>(crossed);
         for (unsigned left = crossed; left != 0; left &= left - 1)
           cells[count++] = static_cast<BlockCell>(x << 8 | y << 4 | std::countr_zero(left));
       }
     std::fill_n(cells.data() + count, BlockPlanes::kPadding, cells[0]);
     cellPlanes(around.at(0, 0, 0), BrickSurroundings::kStepX, BrickSurroundings::kStepY, kAround, cells.data(),
                static_cast<int>(count), planes_);
+    size_t plane = 0, kept = 0;
+    for (int x = low[0]; x < high[0]; ++x)
+      for (int y = low[1]; y < high[1]; ++y) {
+        Row& row = rows_[static_cast<size_t>(x * kCells + y)];
+        row.first = static_cast<uint16_t>(kept);
+        unsigned counts = 0;
+        for (unsigned left = row.cells; left != 0; left &= left - 1, ++plane) {
+          const bool keep = planes_.foot[plane][BlockPlanes::bend] < kCurvedPlane * kCurvedPlane;
+          numbers_[kept] = static_cast<uint16_t>(plane);
+          kept += keep;
+          counts |= keep ? left & (0 - left) : 0;
+        }
+        row.cells = static_cast<uint16_t>(counts);
+      }
   }
 
   [[nodiscard]] const BlockPlanes& planes() const { return planes_; }
@@ -210,20 +225,22 @@ class CrossedCells {
     for (const RowReach& reach : kReach) {
       const Row& row = rows[reach.offset];
       // Those of a row follow each other. Five are written, needed or not: how many there are is hard to foresee.
-      const unsigned reached = row.crossed & reach.cells << z;
-      const auto at = static_cast<unsigned>(row.first + std::popcount(row.crossed & ((reached & (0 - reached)) - 1)));
-      for (unsigned i = 0; i < 5; ++i) out[count + i] = static_cast<uint16_t>(at + i);
+      const unsigned reached = row.cells & reach.cells << z;
+      const auto at = static_cast<size_t>(row.first + std::popcount(row.cells & ((reached & (0 - reached)) - 1)));
+      std::copy_n(&numbers_[at], kMostInRow, out + count);
       count += static_cast<size_t>(std::popcount(reached));
     }
     return static_cast<int>(count);
   }
 
  private:
+  static constexpr size_t kMostInRow = 5;
   struct Row {
-    uint16_t crossed;  // Bit z: the cell is crossed.
-    uint16_t first;    // Index of its first plane.
+    uint16_t cells;  // Bit z: there is a plane.
+    uint16_t first;  // Index of its first one in numbers_.
   };
   std::array<Row, kCells * kCells> rows_;
+  std::array<uint16_t, BlockPlanes::kMost + kMostInRow> numbers_;
   BlockPlanes planes_;
 };
 
