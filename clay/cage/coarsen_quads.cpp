@@ -59,7 +59,9 @@ class Coarsener {
         creaseHints_(web_.vertices(), UINT32_MAX),
         size_(web_.vertices(), 0),
         normals_(web_.vertices(), Vec3d::Zero()),
-        changed_(web_.quads(), 0) {
+        changed_(web_.quads(), 0),
+        near_(web_.quads(), kNoneNear),
+        least_(sizes.empty() ? 0 : double(*std::min_element(sizes.begin(), sizes.end()))) {
     std::vector<Vec3d> beside(web_.vertices());  // the surface, as a coarser grid has it
     for (uint32_t v = 0; v < web_.vertices(); ++v) beside[v] = web_.at(v), place(v, web_.at(v));
     placeCorners(beside);
@@ -252,14 +254,18 @@ class Coarsener {
     return least;
   }
 
-  // How far a place between vertices lies off the surface, in parts of what is allowed. Of what is long beside the size
-  // of the surface there only that size counts: a thin wall is not cut through.
-  double off(const Vec3d& p, double length, uint32_t hint) const {
+  // How far a place between vertices lies off the surface, in parts of what is allowed; 0 where that is little. Of what
+  // is long beside the size of the surface there only that size counts: a thin wall is not cut through. `hint`: a
+  // triangle near by; the nearest one afterwards, or one that is near enough.
+  double off(const Vec3d& p, double length, uint32_t& hint) const {
     if (stage_ + 1 >= std::size(kBulges)) return 0;
+    const auto allowed = [&](double size) { return std::max(finest_, kBulges[stage_] * std::min(length, 2 * size)); };
+    if (hint != UINT32_MAX && std::sqrt(tree_.squaredTo(hint, p)) <= allowed(least_)) return 0;
     const NearestTriangle::Hit hit = tree_.nearest(p, hint);
-    return std::sqrt(hit.squared) / std::max(finest_, kBulges[stage_] * std::min(length, 2 * sizeOf(hit)));
+    hint = hit.triangle;
+    return std::sqrt(hit.squared) / allowed(sizeOf(hit));
   }
-  double edgeOff(const Vec3d& p, const Vec3d& q, uint32_t hint) const {
+  double edgeOff(const Vec3d& p, const Vec3d& q, uint32_t& hint) const {
     return off(0.5 * (p + q), (p - q).norm(), hint);
   }
   // The most of the middles of edges and quads around a vertex, if it were at `to`; but for quad `without`.
@@ -269,10 +275,13 @@ class Coarsener {
       if (each == without) continue;
       const auto& q = web_.quad(each);
       const auto s = size_t(std::find(q.begin(), q.end(), v) - q.begin());
+      Near& near = near_[each];
+      for (const size_t place : {s, size_t{4}})
+        if (near[place] == UINT32_MAX) near[place] = hints_[v];
       const Vec3d &next = web_.at(q[(s + 1) & 3]), &far = web_.at(q[(s + 2) & 3]), &last = web_.at(q[(s + 3) & 3]);
       most =
-          std::max({most, edgeOff(to, next, hints_[v]),
-                    off(0.25 * (to + next + far + last), 0.5 * ((to - far).norm() + (next - last).norm()), hints_[v])});
+          std::max({most, edgeOff(to, next, near[s]),
+                    off(0.25 * (to + next + far + last), 0.5 * ((to - far).norm() + (next - last).norm()), near[4])});
     }
     return most;
   }
@@ -487,6 +496,7 @@ class Coarsener {
         if (v >= QuadFill::kAdded) v = v - QuadFill::kAdded + first;
     const std::vector<uint32_t> quads = web_.replace(refill.quads, made, refill.quads);
     changed_.resize(web_.quads(), 0);
+    near_.resize(web_.quads(), kNoneNear);
     for (uint32_t v = first; v < web_.vertices(); ++v) placeOnSurface(v, web_.at(v));
     const std::vector<uint32_t> after = verticesOf(quads);
     for (int round = 0; round < kEvened; ++round)
@@ -522,7 +532,8 @@ class Coarsener {
           if (!gain || *gain <= 0) continue;
           const std::array<uint32_t, 2> ends = web_.endsOfTurn(f, s, step);
           const Vec3d &from = web_.at(ends[0]), &to = web_.at(ends[1]);
-          if ((from - to).norm() < kLeastMade * finest_ || edgeOff(from, to, hints_[ends[0]]) > 1) continue;
+          uint32_t hint = hints_[ends[0]];
+          if ((from - to).norm() < kLeastMade * finest_ || edgeOff(from, to, hint) > 1) continue;
           web_.turn(f, s, step);
           again = true;
           break;
@@ -551,6 +562,11 @@ class Coarsener {
   std::vector<double> size_;
   std::vector<Vec3d> normals_;
   std::vector<uint32_t> changed_;
+  // Of each quad: triangles near the middles of its edges, by the corner that they begin at, and near its own.
+  using Near = std::array<uint32_t, 5>;
+  static constexpr Near kNoneNear{UINT32_MAX, UINT32_MAX, UINT32_MAX, UINT32_MAX, UINT32_MAX};
+  mutable std::vector<Near> near_;
+  double least_;  // of the sizes
   std::vector<uint32_t> beside_, ring_, pulling_;
   std::priority_queue<Offer> queue_;
 };

@@ -8,7 +8,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "clay/kernels/lane_loads.h"
+#include "clay/kernels/corner_planes.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace argil::clay::HWY_NAMESPACE {
@@ -72,21 +72,14 @@ void FitCells(const float* phi, int stepX, int stepY, const CellBends& bends, Ce
       for (int z = 0; z + lanes <= kBlockCells; z += 4) {
         const float* at = phi + x * stepX + y * stepY + z;
         const auto value = [&](int step) { return hn::LoadU(d, at + step); };
-        const Floats v0 = value(0), v1 = value(1), v2 = value(stepY), v3 = value(stepY + 1), v4 = value(stepX),
-                     v5 = value(stepX + 1), v6 = value(stepX + stepY), v7 = value(stepX + stepY + 1);
-        const Floats a = hn::Add(v0, v1), b = hn::Add(v2, v3), c = hn::Add(v4, v5), e = hn::Add(v6, v7);
-        const Floats f = hn::Sub(v1, v0), g = hn::Sub(v3, v2), h = hn::Sub(v5, v4), k = hn::Sub(v7, v6);
-        const Floats xy = hn::Sub(hn::Sub(a, b), hn::Sub(c, e)), yz = hn::Add(hn::Sub(g, f), hn::Sub(k, h)),
-                     zx = hn::Sub(hn::Add(h, k), hn::Add(f, g)), xyz = hn::Sub(hn::Sub(f, g), hn::Sub(h, k));
-        const Floats squares =
-            hn::Add(hn::Add(hn::Mul(xy, xy), hn::Mul(yz, yz)), hn::Add(hn::Mul(zx, zx), hn::Mul(xyz, xyz)));
-        const Floats bend = hn::Mul(squares, hn::Set(d, 1.0f / 64)), low = hn::Add(a, b), high = hn::Add(c, e);
-        const Floats sx = hn::Mul(quarter, hn::Sub(high, low)),
-                     sy = hn::Mul(quarter, hn::Sub(hn::Add(b, e), hn::Add(a, c))),
-                     sz = hn::Mul(quarter, hn::Add(hn::Add(f, g), hn::Add(h, k)));
+        const Floats corners[8] = {value(0),     value(1),         value(stepY),         value(stepY + 1),
+                                   value(stepX), value(stepX + 1), value(stepX + stepY), value(stepX + stepY + 1)};
+        const CornerPlane<Floats> plane = cornerPlane(corners);
+        const Floats bend = plane.bend, sx = hn::Mul(quarter, plane.slopeX), sy = hn::Mul(quarter, plane.slopeY),
+                     sz = hn::Mul(quarter, plane.slopeZ);
         const Floats length = hn::Sqrt(dot(sx, sy, sz, sx, sy, sz));
         const Floats scale = hn::Div(one, hn::Max(length, hn::Set(d, kSteep)));
-        const Floats distance = hn::Mul(hn::Add(low, high), hn::Mul(hn::Set(d, 0.125f), scale));
+        const Floats distance = hn::Mul(plane.sum, hn::Mul(hn::Set(d, 0.125f), scale));
         const auto known = hn::And(hn::And(hn::Lt(bend, flat), hn::Ge(length, hn::Set(d, kSteep))),
                                    hn::Lt(hn::Abs(distance), hn::Set(d, kNear)));
         const auto bits = [&](auto mask) {

@@ -14,6 +14,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "clay/kernels/corner_planes.h"
 #include "clay/kernels/lane_loads.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -108,23 +109,6 @@ HWY_INLINE Vector normalized(const Vector& v, Mask& known) {
   return hn::Div(all(1), hn::Max(length, all(1e-6f))) * v;
 }
 
-// What a plane of a cell with these corners leaves of them, by the four of its eight Walsh coefficients that no plane
-// has, and four times its slope along the axes.
-struct Walsh {
-  Floats bend, sum;
-  Vector slope;
-};
-HWY_INLINE Walsh walsh(const Floats (&v)[8]) {
-  const Floats a = hn::Add(v[0], v[1]), b = hn::Add(v[2], v[3]), c = hn::Add(v[4], v[5]), e = hn::Add(v[6], v[7]);
-  const Floats f = hn::Sub(v[1], v[0]), g = hn::Sub(v[3], v[2]), h = hn::Sub(v[5], v[4]), k = hn::Sub(v[7], v[6]);
-  const Floats xy = hn::Sub(hn::Sub(a, b), hn::Sub(c, e)), yz = hn::Add(hn::Sub(g, f), hn::Sub(k, h)),
-               zx = hn::Sub(hn::Add(h, k), hn::Add(f, g)), xyz = hn::Sub(hn::Sub(f, g), hn::Sub(h, k));
-  const Floats lower = hn::Add(a, b), upper = hn::Add(c, e);
-  return {hn::Mul(hn::Add(hn::Add(hn::Mul(xy, xy), hn::Mul(yz, yz)), hn::Add(hn::Mul(zx, zx), hn::Mul(xyz, xyz))),
-                  all(1.0f / 64)),
-          hn::Add(lower, upper),
-          {hn::Sub(upper, lower), hn::Sub(hn::Add(b, e), hn::Add(a, c)), hn::Add(hn::Add(f, g), hn::Add(h, k))}};
-}
 // The corners of cells in a block of voxels; address(lane) is the lowest one's.
 template <class Address>
 HWY_INLINE void loadCorners(const Address& address, int stepX, int stepY, Floats (&v)[8]) {
@@ -152,8 +136,8 @@ void CellPlanes(const float* phi, int stepX, int stepY, int margin, const BlockC
           return phi + (one >> 8) * stepX + (one >> 4 & 15) * stepY + (one & 15);
         },
         stepX, stepY, v);
-    const Walsh w = walsh(v);
-    const Vector slope = all(0.25f) * w.slope;
+    const CornerPlane<Floats> w = cornerPlane(v);
+    const Vector slope = all(0.25f) * Vector{w.slopeX, w.slopeY, w.slopeZ};
     const Floats length = hn::Sqrt(dot(slope, slope));
     const Floats scale = hn::Div(all(1), hn::Max(length, all(kSteep)));
     const Vector normal = scale * slope;
@@ -477,9 +461,10 @@ void Place(const CrispCells& cells, const BlockPlanes& planes, CrispVertices& ou
     };
     Floats phi[8];
     loadCorners([&](int k) { return cells.phi[lane + k]; }, cells.stepX, cells.stepY, phi);
-    const Walsh w = walsh(phi);
-    const Mask kinked = hn::Or(hn::Gt(w.bend, all(kCreaseBend * kCreaseBend)),
-                               hn::Lt(dot(w.slope, w.slope), all(16 * kCreaseSlope * kCreaseSlope)));
+    const CornerPlane<Floats> plane = cornerPlane(phi);
+    const Vector slope{plane.slopeX, plane.slopeY, plane.slopeZ};
+    const Mask kinked = hn::Or(hn::Gt(plane.bend, all(kCreaseBend * kCreaseBend)),
+                               hn::Lt(dot(slope, slope), all(16 * kCreaseSlope * kCreaseSlope)));
     add(out.kinked, kinked);
 
     const Vector draft = load(cells.draft, lane);

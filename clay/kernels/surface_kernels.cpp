@@ -10,6 +10,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "clay/kernels/corner_planes.h"
 #include "clay/kernels/lane_loads.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -89,17 +90,11 @@ HWY_INLINE void addEdges(const Floats (&v)[8], Floats (&sum)[3], Floats& n, std:
 // kKinkedCell where the field in a cell is no plane of slope 1, kBentCell where it is no plane.
 HWY_INLINE Ints kinkOf(const Floats (&v)[8]) {
   const Tag d;
-  const Floats a = hn::Add(v[0], v[1]), b = hn::Add(v[2], v[3]), c = hn::Add(v[4], v[5]), e = hn::Add(v[6], v[7]);
-  const Floats f = hn::Sub(v[1], v[0]), g = hn::Sub(v[3], v[2]), h = hn::Sub(v[5], v[4]), i = hn::Sub(v[7], v[6]);
-  // The Walsh coefficients: four times the slopes, and eight times what a plane does not have.
-  const Floats x = hn::Sub(hn::Add(c, e), hn::Add(a, b)), y = hn::Sub(hn::Add(b, e), hn::Add(a, c)),
-               z = hn::Add(hn::Add(f, g), hn::Add(h, i));
-  const Floats xy = hn::Sub(hn::Sub(a, b), hn::Sub(c, e)), yz = hn::Add(hn::Sub(g, f), hn::Sub(i, h)),
-               zx = hn::Sub(hn::Add(h, i), hn::Add(f, g)), xyz = hn::Sub(hn::Sub(f, g), hn::Sub(h, i));
-  const Floats bend = hn::Add(hn::Add(hn::Mul(xy, xy), hn::Mul(yz, yz)), hn::Add(hn::Mul(zx, zx), hn::Mul(xyz, xyz)));
-  const Floats slope = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
-  const auto bent = hn::Gt(bend, hn::Set(d, 64 * kBentBend * kBentBend));
-  const auto kinked = hn::Or(hn::Gt(bend, hn::Set(d, 64 * kKinkedBend * kKinkedBend)),
+  const CornerPlane<Floats> plane = cornerPlane(v);
+  const Floats slope = hn::Add(hn::Add(hn::Mul(plane.slopeX, plane.slopeX), hn::Mul(plane.slopeY, plane.slopeY)),
+                               hn::Mul(plane.slopeZ, plane.slopeZ));
+  const auto bent = hn::Gt(plane.bend, hn::Set(d, kBentBend * kBentBend));
+  const auto kinked = hn::Or(hn::Gt(plane.bend, hn::Set(d, kKinkedBend * kKinkedBend)),
                              hn::Or(hn::Lt(slope, hn::Set(d, 16 * kKinkedSlope * kKinkedSlope)),
                                     hn::And(bent, hn::Lt(slope, hn::Set(d, 16 * kBentSlope * kBentSlope)))));
   const IntTag di;

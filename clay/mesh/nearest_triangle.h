@@ -35,6 +35,8 @@ class NearestTriangle {
   [[nodiscard]] Hit nearerThan(const Vec3d& p, double distance, uint32_t hint = UINT32_MAX) const;
   /// Is some triangle at most this far? Ends at the first.
   [[nodiscard]] bool within(const Vec3d& p, double distance) const;
+  /// The squared distance of one triangle, by the tree's order.
+  [[nodiscard]] double squaredTo(uint32_t triangle, const Vec3d& p) const;
   [[nodiscard]] const TriangleMesh& mesh() const { return mesh_; }
   /// Of a Hit's triangle.
   [[nodiscard]] const std::array<uint32_t, 3>& corners(uint32_t triangle) const { return triangles_[triangle]; }
@@ -45,7 +47,6 @@ class NearestTriangle {
  private:
   void addBoxes(const std::vector<Vec3d>& normals, size_t level);
   [[nodiscard]] Vec3d inTree(const Vec3d& p) const { return (p - middle_) * scale_; }
-  [[nodiscard]] double squaredTo(uint32_t triangle, const Vec3d& p) const;
   /// What is nearer than `best`; the first that is within `enough` ends it.
   [[nodiscard]] Hit search(const Vec3d& p, Hit best, double enough) const;
 
