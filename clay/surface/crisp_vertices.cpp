@@ -304,7 +304,7 @@ class Placement {
     flush();
     for (Suspect& s : suspects())
       if (s.found.kind == CreaseVertex::Kind::none && (s.kinked || creasedAround(viewOf(s)))) {
-        // The first of them that finds something counts: none of the second does where the first has.
+        // Where both find something, the first counts.
         seek(s, kByCurved);
         seek(s, kByAll);
       }
