@@ -21,7 +21,9 @@ namespace {
 
 constexpr size_t kLeastQuads = 24;
 constexpr double kBeginWith = 20;  // quads for each that is asked for
-// Where a cage with creases has more quads than were asked for, but not so many more: by way of so many times as many.
+// Where a cage with creases has more quads than the few that were asked for, but not so many more: by way of so many
+// times as many. For few alone, since each way takes about 0.2 ms a quad that goes.
+constexpr size_t kFewQuads = 200;
 constexpr double kNearlyFew = 1.5, kBetween[] = {8, 6, 5, 4, 3, 2};
 constexpr double kFinest = 1.4;       // voxels: nothing finer is looked at
 constexpr double kOfThickness = 0.7;  // an edge is at most so long: four quads go around a limb or into a slit
@@ -202,7 +204,8 @@ CoarseCage CageMaker::make(const WorkPart& part, size_t most) const {
   CoarseCage cage;
   cage.mesh = coarsened(fine_, surface_, *tree_, *creases_, sizes_, most, finest_, part);
   // Lines of creases get in each other's way. Evened out in between they come to lie otherwise.
-  if (cage.mesh.quads.size() > most && double(cage.mesh.quads.size()) < kNearlyFew * double(most)) {
+  if (most <= kFewQuads && cage.mesh.quads.size() > most &&
+      double(cage.mesh.quads.size()) < kNearlyFew * double(most)) {
     QuadMesh between = fine_;
     for (const double times : kBetween) {
       between = fewer(std::move(between), static_cast<size_t>(times * double(most)), part);
