@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <future>
 #include <map>
 
 #include "panels_rig.h"
@@ -242,17 +243,36 @@ TEST_F(ThingsList, ADraggedSliderIsOneStep) {
   const size_t steps = rig.bench.snapshot()->done;
   const double before = document().guides[0].rangeMm;
   for (int drags = 1; drags <= 2; ++drags) {
-    const uint64_t sequence = rig.bench.snapshot()->sequence;
     rig.drag(at, {at.x + 40, at.y}, 20);
-    rig.until(
-        [&] {
-          return rig.bench.snapshot()->sequence > sequence && rig.bench.snapshot()->done == steps + size_t(drags);
-        },
-        "a step for each drag");
+    rig.until([&] { return rig.bench.idle(); }, "all that was sent is in the document");
     rig.frames(10);
     EXPECT_EQ(rig.bench.snapshot()->done, steps + size_t(drags));
   }
   EXPECT_GT(document().guides[0].rangeMm, before * 1.5);
+}
+
+TEST_F(ThingsList, TwoSlidersDraggedWhileTheEditThreadIsBusyAreBothChanged) {
+  rig.state.toolId = "smooth";  // few rows above the guide's
+  const engine::Id id = document().guides[0].id;
+  rig.edit("A well", [id](Document& d) { d.guide(id)->feel = engine::Guide::Feel::well; });
+  rig.state.selected = id;
+  rig.frames(2);
+  const int number = int(id);
+  ImGuiWindow* window = ImGui::FindWindowByName("Settings");
+  const auto bar = [&](const char* row) {
+    return rig.findId(window, ImHashStr("bar", 0, ImHashStr(row, 0, ImHashData(&number, sizeof number, window->ID))));
+  };
+  const ImVec2 range = bar("rangeMm"), force = bar("forceN");
+  ASSERT_FALSE(std::isnan(range.x) || std::isnan(force.x));
+  const engine::Guide before = *document().guide(id);
+  std::promise<void> held;
+  rig.bench.edit("Busy", [until = held.get_future().share()](Document&) { until.wait(); });
+  rig.drag(range, {range.x + 40, range.y});
+  rig.drag(force, {force.x + 40, force.y});
+  held.set_value();
+  rig.until([&] { return rig.bench.idle(); }, "all that was sent is in the document");
+  EXPECT_GT(document().guide(id)->rangeMm, before.rangeMm);
+  EXPECT_GT(document().guide(id)->forceN, before.forceN);
 }
 
 TEST_F(ThingsList, HistoryGoesToAnyStep) {

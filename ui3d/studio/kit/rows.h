@@ -1,6 +1,8 @@
 #pragma once
 // Settings as rows of tables, so that a new one needs no panel code: numbers (engine::Parameter), switches, choices.
 
+#include <algorithm>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -31,14 +33,18 @@ template <class Owner>
 using Row = std::variant<engine::Parameter<Owner>, Switch<Owner>, Choice<Owner>>;
 
 /// What a person did to rows in this frame.
+template <class Owner>
 struct Touched {
   /// `ended`: a drag or typing is over, so the next change is a step of its own.
   bool changed = false, ended = false;
   std::string_view id, name;  ///< Of the row.
+  /// Where something changed: gives any owner what was chosen, and nothing else. For owners that are changed later, by
+  /// another thread: a whole owner would undo what was chosen on other rows meanwhile.
+  std::function<void(Owner&)> set;
 };
 
 template <class Owner>
-Touched drawRow(const engine::Parameter<Owner>& row, Owner& owner, float width = 0) {
+Touched<Owner> drawRow(const engine::Parameter<Owner>& row, Owner& owner, float width = 0) {
   double value = row.get(owner);
   kit::Change change;
   if (!row.choices.empty()) {
@@ -60,36 +66,41 @@ Touched drawRow(const engine::Parameter<Owner>& row, Owner& owner, float width =
                          value, width);
     value /= scale;
   }
-  if (change.changed) row.change(owner, value);
-  return {change.changed, change.ended, row.id, row.name};
-}
-template <class Owner>
-Touched drawRow(const Switch<Owner>& row, Owner& owner) {
-  const bool changed = kit::toggle(row.name, owner.*row.on, row.help);
-  return {changed, changed, row.id, row.name};
-}
-template <class Owner>
-Touched drawRow(const Choice<Owner>& row, Owner& owner) {
-  int chosen = row.get(owner);
-  const bool changed = kit::choice(row.name, row.options, chosen, row.help);
-  if (changed) row.set(owner, chosen);
-  return {changed, changed, row.id, row.name};
-}
-
-template <class Owner>
-Touched drawRows(std::span<const engine::Parameter<Owner>> rows, Owner& owner) {
-  Touched touched;
-  for (const auto& row : rows) {
-    if (const Touched t = drawRow(row, owner); t.changed || t.ended) touched = t;
+  Touched<Owner> touched{change.changed, change.ended, row.id, row.name, {}};
+  if (change.changed) {
+    touched.set = [set = row.set, value = std::clamp(value, row.low, row.high)](Owner& each) { set(each, value); };
+    touched.set(owner);
   }
   return touched;
 }
 template <class Owner>
-Touched drawRows(std::span<const Row<Owner>> rows, Owner& owner) {
-  Touched touched;
+Touched<Owner> drawRow(const Switch<Owner>& row, Owner& owner) {
+  const bool changed = kit::toggle(row.name, owner.*row.on, row.help);
+  return {changed, changed, row.id, row.name,
+          [member = row.on, on = owner.*row.on](Owner& each) { each.*member = on; }};
+}
+template <class Owner>
+Touched<Owner> drawRow(const Choice<Owner>& row, Owner& owner) {
+  int chosen = row.get(owner);
+  const bool changed = kit::choice(row.name, row.options, chosen, row.help);
+  if (changed) row.set(owner, chosen);
+  return {changed, changed, row.id, row.name, [set = row.set, chosen](Owner& each) { set(each, chosen); }};
+}
+
+template <class Owner>
+Touched<Owner> drawRows(std::span<const engine::Parameter<Owner>> rows, Owner& owner) {
+  Touched<Owner> touched;
   for (const auto& row : rows) {
-    const Touched t = std::visit([&](const auto& each) { return drawRow(each, owner); }, row);
-    if (t.changed || t.ended) touched = t;
+    if (Touched<Owner> t = drawRow(row, owner); t.changed || t.ended) touched = std::move(t);
+  }
+  return touched;
+}
+template <class Owner>
+Touched<Owner> drawRows(std::span<const Row<Owner>> rows, Owner& owner) {
+  Touched<Owner> touched;
+  for (const auto& row : rows) {
+    Touched<Owner> t = std::visit([&](const auto& each) { return drawRow(each, owner); }, row);
+    if (t.changed || t.ended) touched = std::move(t);
   }
   return touched;
 }

@@ -38,12 +38,12 @@ void bodyOf(Context& context, const Body& body, Body* (Document::*find)(engine::
 
   kit::heading("Feel");
   haptics::Material material = body.material;
-  const Touched touched = drawRows(materialRows(), material);
+  const auto touched = drawRows(materialRows(), material);
   if (touched.changed) {
     context.bench.edit(
         std::string(touched.name) + " of " + body.name,
-        [id = body.id, material, find](Document& d) {
-          if (Body* each = (d.*find)(id)) each->material = material;
+        [id = body.id, set = touched.set, find](Document& d) {
+          if (Body* each = (d.*find)(id)) set(each->material);
         },
         mergeKey(touched.id, body.id));
   }
@@ -67,22 +67,17 @@ void guide(Context& context, const Guide& guide) {
     kit::wrapped(kSays[size_t(guide.feel)], colours().dim);
   }
   Guide copy = guide;
-  Touched touched = drawRows(sizeRows(guide.kind), copy);
+  auto touched = drawRows(sizeRows(guide.kind), copy);
   if (guide.feel == Guide::Feel::well) {
-    if (const Touched t = drawRows(wellRows(), copy); t.changed || t.ended) touched = t;
+    if (const auto t = drawRows(wellRows(), copy); t.changed || t.ended) touched = t;
   }
   if (guide.kind == Guide::Kind::curve && kit::toggle("Closed", copy.closed, "The end meets the beginning."))
-    touched = {true, true, "closed", "Closing"};
+    touched = {true, true, "closed", "Closing", [closed = copy.closed](Guide& each) { each.closed = closed; }};
   if (touched.changed) {
     context.bench.edit(
         std::string(touched.name) + " of " + guide.name,
-        [copy](Document& d) {
-          if (Guide* each = d.guide(copy.id)) {
-            each->sizeMm = copy.sizeMm;
-            each->rangeMm = copy.rangeMm;
-            each->forceN = copy.forceN;
-            each->closed = copy.closed;
-          }
+        [id = guide.id, set = touched.set](Document& d) {
+          if (Guide* each = d.guide(id)) set(*each);
         },
         mergeKey(touched.id, guide.id));
   }

@@ -63,10 +63,8 @@ void symmetry(Context& context) {
     kit::tooltip(action->help, shortcutOf(*action, context.state));
   }
   engine::Symmetry symmetry = context.now.document->symmetry;
-  const Touched touched = drawRows(symmetryRows(), symmetry);
-  if (touched.changed && symmetry.turns != context.now.document->symmetry.turns) {
-    context.bench.setSymmetry([turns = symmetry.turns](engine::Symmetry& s) { s.turns = turns; });
-  }
+  const auto touched = drawRows(symmetryRows(), symmetry);
+  if (touched.changed && symmetry.turns != context.now.document->symmetry.turns) context.bench.setSymmetry(touched.set);
 }
 
 }  // namespace

@@ -159,13 +159,10 @@ void touchPanel(Context& context, Memory& memory) {
   if (!touch.grant.empty()) kit::wrapped(kit::sentence(touch.grant), colours().dim);
 
   kit::heading("Reach of the hand");
-  Touched touched = drawRows(workspaceRows(), context.state.workspace);
+  bool changed = drawRows(workspaceRows(), context.state.workspace).changed;
   const auto walls = wallRows();
-  if (const Touched t =
-          drawRows(context.state.workspace.walls.on ? walls : walls.first(1), context.state.workspace.walls);
-      t.changed)
-    touched = t;
-  if (touched.changed) context.bench.setWorkspace(context.state.workspace);
+  changed |= drawRows(context.state.workspace.walls.on ? walls : walls.first(1), context.state.workspace.walls).changed;
+  if (changed) context.bench.setWorkspace(context.state.workspace);
   kit::toggle("Show the reach", context.state.showWorkspaceBox, "The box that the hand can reach, in the picture.");
 
   if (const auto guides = engine::feltGuides().all(); !guides.empty()) {
