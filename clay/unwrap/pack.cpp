@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <bit>
 #include <cmath>
 #include <numbers>
@@ -14,16 +13,18 @@
 
 #include "clay/base/error.h"
 #include "clay/base/parallel.h"
+#include "clay/unwrap/compact.h"
 
 namespace argil::clay {
 
 namespace {
 
-constexpr int kCells = 512;                                             // of the square's side
-constexpr int kTurns = 8;                                               // of each shape
-constexpr int kOrders = 8;                                              // tried before a side counts as too small
-constexpr double kLarger = 1.08, kFirstStep = 0.04, kLastStep = 0.003;  // of sides, one after the other
-constexpr double kHopeless = 1e6;                                       // times the side of a square of their area
+constexpr int kCells = 512;                     // of the square's side
+constexpr int kTurns = 8;                       // of each shape
+constexpr int kOrders = 8;                      // in which they are placed
+constexpr double kFirst = 1.1, kLarger = 1.04;  // sides, of a square of their area
+constexpr int kMore = 3;                        // sides after which orders that did not go in are left out
+constexpr double kHopeless = 1e6;               // times the side of a square of their area
 
 // Cells in rows of 64-bit words.
 class Cells {
@@ -215,49 +216,41 @@ Packing packed(const std::vector<FlatShape>& shapes, double margin, int threads,
   std::vector<size_t> order(all.size());
   std::iota(order.begin(), order.end(), size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return all[a].area > all[b].area; });
-  Packing best;
-  best.sideMm = 0;
   // The largest first; in some more orders shapes of about one size change places.
   std::vector<std::vector<size_t>> orders(kOrders, order);
   std::mt19937 random(7);
   for (size_t k = 2; k < orders.size(); ++k)
     for (size_t i = 0; i + 1 < order.size(); ++i)
       std::swap(orders[k][i], orders[k][std::min(order.size() - 1, i + random() % 4)]);
-  // A larger side until they go in, then smaller ones by smaller and smaller steps, each looked for in these orders.
-  double step = kFirstStep;
-  for (double side = 1.1 * std::sqrt(area); step > kLastStep;) {
+  // A larger side until each of them has gone in, or the first had some more.
+  std::vector<Packing> begun;
+  std::vector<bool> done(orders.size());
+  int more = 0;
+  for (double side = kFirst * std::sqrt(area); begun.size() < orders.size() && more < kMore; side *= kLarger) {
     if (!(side < kHopeless * std::sqrt(area)))
       throw Error(fmt::format("{} charts do not go into one picture: give fewer quads", all.size()), Error::Kind::work);
+    part.step(double(begun.size()) / double(2 * orders.size()));
     Rasters rasters(all.size());
     for (size_t i = 0; i < all.size(); ++i)
       for (size_t turn = 0; turn < kTurns; ++turn)
         rasters[i][turn] =
             rasterOf(all[i].shape, all[i].upright + 2 * std::numbers::pi * double(turn) / kTurns, side / kCells, cells);
-    part.step(best.sideMm > 0 ? 1 - step / kFirstStep : 0);
-    // The first order that fits, whichever is tried first; until something fits the two plain ones are enough.
-    const size_t tried = best.sideMm > 0 ? orders.size() : 2;
-    std::vector<std::optional<std::vector<Packing::Placed>>> placed(tried);
-    std::atomic<size_t> first = tried;
+    std::vector<std::optional<std::vector<Packing::Placed>>> placed(orders.size());
     parallelBlocks(
-        tried, threads,
+        orders.size(), threads,
         [&](size_t begin, size_t end) {
-          for (size_t k = begin; k < end && k < first; ++k) {
-            placed[k] = placedIn(all, rasters, orders[k], k % 2 == 0, side / kCells);
-            size_t now = first;
-            while (placed[k] && k < now && !first.compare_exchange_weak(now, k)) continue;
-          }
+          for (size_t k = begin; k < end; ++k)
+            if (!done[k]) placed[k] = placedIn(all, rasters, orders[k], k % 2 == 0, side / kCells);
         },
         1);
-    const bool found = first < tried;
-    if (found) {
-      best.placed = std::move(*placed[first]);
-      best.sideMm = side;
+    for (size_t k = 0; k < orders.size(); ++k) {
+      if (!placed[k]) continue;
+      begun.push_back({std::move(*placed[k]), side, area / (side * side)});
+      done[k] = true;
     }
-    if (!found && best.sideMm > 0) step /= 2;
-    side = best.sideMm > 0 ? (1 - step) * best.sideMm : kLarger * side;
+    if (!begun.empty()) ++more;
   }
-  best.covered = area / (best.sideMm * best.sideMm);
-  return best;
+  return compacted(shapes, std::move(begun), cells / kCells, threads, part.part(0.5, 1));
 }
 
 }  // namespace argil::clay

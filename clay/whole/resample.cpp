@@ -312,8 +312,7 @@ void checkSize(const Version& version, const Grid& grid, const Eigen::Isometry3d
   if (!pose.matrix().allFinite())
     throw Error("the piece's pose holds a number that is not finite: give finite numbers");
   const double scale = version.grid().voxelMm / grid.voxelMm;
-  // A brick holds about 230 voxels of a band of 3 on each side.
-  const double active = double(version.stats().bricks) * 230 * scale * scale * grid.band / version.grid().band;
+  const double active = double(version.activeVoxels()) * scale * scale * grid.band / version.grid().band;
   if (active > kMostActiveVoxels)
     throw Error(fmt::format(
         "at a voxel size of {:g} mm the piece would take about {:.0f} million voxels, and {:.0f} million is the most: "

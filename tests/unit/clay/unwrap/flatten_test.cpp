@@ -1,4 +1,4 @@
-// Disks laid flat, and shapes side by side in a square.
+// Disks laid flat.
 
 #include "clay/unwrap/flatten.h"
 
@@ -7,10 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <random>
-
-#include "clay/base/error.h"
-#include "clay/unwrap/pack.h"
 
 namespace argil::clay {
 namespace {
@@ -104,104 +100,6 @@ TEST(Flatten, AnOutlineThatPassesOverItselfIsFound) {
   // A comb whose last tooth reaches into the first: by its first and last side, too.
   EXPECT_TRUE(crossesItself({{0, 0}, {4, 0}, {4, 2}, {-1, 1}, {2, -1}}, {0, 1, 2, 3, 4}));
   EXPECT_FALSE(crossesItself({{0, 0}, {4, 0}, {4, 2}, {1, 1}, {0, 2}}, {0, 1, 2, 3, 4}));
-}
-
-// --- Packing.
-
-struct Shape {
-  std::vector<Vec2d> places;
-  std::vector<std::array<uint32_t, 3>> triangles;
-};
-
-Shape star(std::mt19937& random, double size) {
-  std::uniform_real_distribution<double> part(0.4, 1);
-  Shape shape;
-  shape.places.push_back(Vec2d::Zero());
-  constexpr int kPoints = 9;
-  const double wide = part(random);
-  for (int i = 0; i < kPoints; ++i) {
-    const double angle = 2 * pi * i / kPoints, r = size * part(random);
-    shape.places.push_back(Vec2d(r * std::cos(angle), wide * r * std::sin(angle)));
-    shape.triangles.push_back({0, uint32_t(i + 1), uint32_t((i + 1) % kPoints + 1)});
-  }
-  return shape;
-}
-
-double toSegment(const Vec2d& p, const Vec2d& a, const Vec2d& b) {
-  const double t = std::clamp((p - a).dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
-  return (p - a - t * (b - a)).norm();
-}
-
-TEST(Pack, NoneIsNearerThanTheMarginAndAllAreInside) {
-  std::mt19937 random(3);
-  for (int round = 0; round < 4; ++round) {
-    std::vector<Shape> shapes;
-    const int count = round == 0 ? 1 : 3 * round + 2;
-    for (int i = 0; i < count; ++i) shapes.push_back(star(random, round == 3 && i > 0 ? 2 : 10));
-    std::vector<FlatShape> flat;
-    double area = 0;
-    for (const Shape& each : shapes) {
-      flat.push_back({&each.places, &each.triangles});
-      for (const auto& t : each.triangles) area += 0.5 * cross(each.places[t[1]], each.places[t[2]]);
-    }
-    constexpr double kMargin = 1.0 / 128;
-    const Packing packing = packed(flat, kMargin, 2, WorkPart(nullptr));
-    EXPECT_NEAR(packing.covered, area / (packing.sideMm * packing.sideMm), 1e-12);
-    EXPECT_GT(packing.covered, 0.4);
-    std::vector<std::vector<Vec2d>> outlines;
-    for (int i = 0; i < count; ++i) {
-      const Eigen::Rotation2Dd turn(packing.placed[size_t(i)].turn);
-      std::vector<Vec2d> outline;
-      for (size_t k = 1; k < shapes[size_t(i)].places.size(); ++k) {
-        outline.push_back((turn * shapes[size_t(i)].places[k] + packing.placed[size_t(i)].moveMm) / packing.sideMm);
-        EXPECT_GE(outline.back().minCoeff(), 0.5 * kMargin - 1e-9);
-        EXPECT_LE(outline.back().maxCoeff(), 1 - 0.5 * kMargin + 1e-9);
-      }
-      outlines.push_back(outline);
-    }
-    for (size_t a = 0; a < outlines.size(); ++a)
-      for (size_t b = 0; b < outlines.size(); ++b)
-        for (size_t k = 0; a != b && k < outlines[a].size(); ++k)
-          for (size_t j = 0; j < outlines[b].size(); ++j)
-            ASSERT_GE(toSegment(outlines[a][k], outlines[b][j], outlines[b][(j + 1) % outlines[b].size()]),
-                      kMargin - 1e-9)
-                << round << ": " << a << " and " << b;
-  }
-}
-
-// A needle of 1 : 100 000 beside a star: the square is as wide as it is long, and no more memory is taken for it.
-TEST(Pack, ANeedleGoesIn) {
-  std::mt19937 random(5);
-  Shape needle;
-  needle.places = {{0, 0}, {1e4, 0}, {1e4, 0.1}, {0, 0.1}};
-  needle.triangles = {{0, 1, 2}, {0, 2, 3}};
-  const Shape other = star(random, 3);
-  const std::vector<FlatShape> shapes = {{&other.places, &other.triangles}, {&needle.places, &needle.triangles}};
-  const Packing packing = packed(shapes, 1.0 / 512, 1, WorkPart(nullptr));
-  EXPECT_GT(packing.sideMm, 7000);
-  EXPECT_LT(packing.sideMm, 12000);
-}
-
-TEST(Pack, WithoutAnAreaThereIsNone) {
-  const std::vector<Vec2d> places = {{0, 0}, {1, 0}, {2, 0}};
-  const std::vector<std::array<uint32_t, 3>> triangles = {{0, 1, 2}};
-  EXPECT_THROW((void)packed({{&places, &triangles}}, 0.01, 1, WorkPart(nullptr)), Error);
-}
-
-// Sixteen squares fill a square but for what margins take.
-TEST(Pack, SquaresLieSideBySide) {
-  std::vector<Shape> shapes;
-  for (int i = 0; i < 16; ++i) {
-    const double turn = 0.3 * i;
-    Shape shape;
-    for (const Vec2d& p : {Vec2d(0, 0), Vec2d(10, 0), Vec2d(10, 10), Vec2d(0, 10)})
-      shape.places.push_back(Eigen::Rotation2Dd(turn) * p);
-    shape.triangles = {{0, 1, 2}, {0, 2, 3}};
-    shapes.push_back(shape);
-  }
-  std::vector<FlatShape> flat;
-  for (const Shape& each : shapes) flat.push_back({&each.places, &each.triangles});
-  EXPECT_GT(packed(flat, 1.0 / 512, 1, WorkPart(nullptr)).covered, 0.85);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <string>
 
 #include "clay/field/primitives.h"
 #include "clay/store/editor.h"
@@ -86,6 +87,22 @@ TEST(Resample, SameBitsOnAnyThreadsAndRefuses) {
   Job job;
   job.cancel();
   EXPECT_THROW((void)resample(block, gridOf(0.3), stay, 2, &job), Cancelled);
+}
+
+// Thin rings and small balls have bricks that hold little of the band.
+TEST(Resample, WhatIsRefusedIsSaidInVoxelsAsTheyComeOut) {
+  const Version ring = makeTorus(Store::make(), gridOf(0.5), Vec3d::Zero(), 40, 3);
+  const double voxel = 0.003, tried = 0.125;
+  const Version finer = resample(ring, gridOf(tried), Eigen::Isometry3d::Identity(), 2);
+  try {
+    (void)resample(ring, gridOf(voxel), Eigen::Isometry3d::Identity());
+    ADD_FAILURE() << "not refused";
+  } catch (const Error& e) {
+    const std::string sentence = e.what(), words = "would take about ";
+    ASSERT_NE(sentence.find(words), std::string::npos) << sentence;
+    const double said = std::stod(sentence.substr(sentence.find(words) + words.size())) * 1e6;
+    EXPECT_NEAR(said * voxel * voxel / (tried * tried) / double(finer.activeVoxels()), 1, 0.03) << sentence;
+  }
 }
 
 // A field three times as steep as a distance, as strokes may leave, that is zero between two bricks: no voxel of either
