@@ -27,10 +27,8 @@ constexpr size_t kManyShapes = 30;  // of more, fewer rounds
 constexpr int kRounds = 600;        // of pushing, in a try
 constexpr int kPatience = 20;       // rounds without less in the way, until a shape is moved elsewhere
 constexpr int kElsewhere = 100;     // places tried for it
-constexpr int kHeavier = 5;         // rounds after which pairs in each other's way count for more
-constexpr double kMostWeight = 50;
-constexpr double kSlack = 0.15;  // of a cell: what distances between cells are off by
-constexpr double kLongest = 4;   // cells between two samples of an outline
+constexpr double kSlack = 0.15;     // of a cell: what distances between cells are off by
+constexpr double kLongest = 4;      // cells between two samples of an outline
 
 using Segment = std::array<Vec2d, 2>;
 
@@ -147,17 +145,17 @@ struct Place {
 struct Push {
   Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
   Eigen::Vector3d sums = Eigen::Vector3d::Zero();
-  void add(const Vec2d& way, double turning, double by, double weight) {
+  void add(const Vec2d& way, double turning, double by) {
     const Eigen::Vector3d row(way.x(), way.y(), turning);
-    squares += weight * row * row.transpose();
-    sums += weight * by * row;
+    squares += row * row.transpose();
+    sums += by * row;
   }
 };
 
 class Table {
  public:
   Table(const std::vector<Piece>& pieces, double side, double margin)
-      : pieces_(pieces), side_(side), gap_(margin * side), weights_(pieces.size() * pieces.size(), 1.0) {}
+      : pieces_(pieces), side_(side), gap_(margin * side) {}
 
   // Until nothing is in the way of anything. `goesOn` is asked now and then.
   template <class GoesOn>
@@ -170,7 +168,6 @@ class Table {
       if (left == 0) return isClear(places);
       since = left < 0.99 * least ? 0 : since + 1;
       least = std::min(least, left);
-      if (round % kHeavier == kHeavier - 1) weigh();
       if (since >= kPatience) {
         moveElsewhere(places, random);
         since = 0;
@@ -187,7 +184,6 @@ class Table {
   double look(const std::vector<Place>& places) {
     const size_t count = pieces_.size();
     pushes_.assign(count, {});
-    worst_.assign(count * count, 0.0);
     turns_.clear();
     for (const Place& each : places) turns_.push_back(turnBy(each.turn));
     points_.resize(count);
@@ -204,7 +200,7 @@ class Table {
           sum += std::abs(by);
           // A rim does not give way: twice as far as where both do.
           const Vec2d way = Vec2d::Unit(k);
-          pushes_[i].add(way, cross(arm, way) / pieces_[i].radius(), 2 * by, 1);
+          pushes_[i].add(way, cross(arm, way) / pieces_[i].radius(), 2 * by);
         }
       }
     }
@@ -218,7 +214,6 @@ class Table {
   double look(const std::vector<Place>& places, size_t i, size_t j) {
     const Piece& other = pieces_[j];
     const double wanted = gap_ + kSlack * other.cell(), near = other.radius() + wanted;
-    const double weight = weights_[i * pieces_.size() + j];
     const Eigen::Matrix2d& turn = turns_[j];
     double sum = 0;
     for (const Vec2d& p : points_[i]) {
@@ -230,24 +225,10 @@ class Table {
       sum += by;
       way = (turn * way).normalized();
       const Vec2d arm = p - places[i].at;
-      pushes_[i].add(way, cross(arm, way) / pieces_[i].radius(), by, weight);
-      pushes_[j].add(-way, -cross(from, way) / other.radius(), by, weight);
-      double& worst = worst_[std::min(i, j) * pieces_.size() + std::max(i, j)];
-      worst = std::max(worst, by);
+      pushes_[i].add(way, cross(arm, way) / pieces_[i].radius(), by);
+      pushes_[j].add(-way, -cross(from, way) / other.radius(), by);
     }
     return sum;
-  }
-  void weigh() {
-    const double most = *std::max_element(worst_.begin(), worst_.end());
-    if (!(most > 0)) return;
-    const size_t count = pieces_.size();
-    for (size_t i = 0; i < count; ++i)
-      for (size_t j = i + 1; j < count; ++j) {
-        double& weight = weights_[i * count + j];
-        const double worst = worst_[i * count + j];
-        weight = worst > 0 ? std::min(kMostWeight, weight * (1 + worst / most)) : std::max(1.0, 0.9 * weight);
-        weights_[j * count + i] = weight;
-      }
   }
   void move(std::vector<Place>& places) const {
     for (size_t i = 0; i < places.size(); ++i) {
@@ -261,7 +242,7 @@ class Table {
       places[i].turn += by.z() / radius;
     }
   }
-  // One of those that are in the way goes where it is least so, by the weights.
+  // One of those that are in the way goes where it is least so.
   void moveElsewhere(std::vector<Place>& places, std::mt19937& random) {
     const size_t count = pieces_.size();
     std::vector<size_t> inTheWay;
@@ -280,7 +261,7 @@ class Table {
     }
     places[i] = best;
   }
-  // Weighted sum of what is in the way of i and of what it is in the way of; not more than `enough` is of interest.
+  // Sum of what is in the way of i and of what it is in the way of; not more than `enough` is of interest.
   double costOf(const std::vector<Place>& places, size_t i, double enough) {
     const size_t count = pieces_.size();
     turns_[i] = turnBy(places[i].turn);
@@ -294,7 +275,7 @@ class Table {
     }
     for (size_t j = 0; j < count && sum < enough; ++j) {
       if (i == j || (places[i].at - places[j].at).norm() >= pieces_[i].radius() + pieces_[j].radius() + gap_) continue;
-      sum += weights_[i * count + j] * (inTheWay(places, i, j) + inTheWay(places, j, i));
+      sum += inTheWay(places, i, j) + inTheWay(places, j, i);
     }
     return sum;
   }
@@ -336,7 +317,6 @@ class Table {
 
   const std::vector<Piece>& pieces_;
   double side_, gap_;
-  std::vector<double> weights_, worst_;  // of pairs
   std::vector<Push> pushes_;
   std::vector<Eigen::Matrix2d> turns_;
   std::vector<std::vector<Vec2d>> points_;
@@ -422,8 +402,7 @@ Packing compacted(const std::vector<FlatShape>& shapes, std::vector<Packing> sta
   const auto side = [](const Arrangement& each) { return each.side; };
   Arrangement best = *std::ranges::min_element(found, {}, side);
   shrink(pieces, margin, kTries, threads, part.part(0.5, 1), best);
-  Packing out = *std::ranges::min_element(starts, {}, &Packing::sideMm);
-  if (best.side >= out.sideMm) return out;
+  Packing out = starts.front();
   out.covered *= out.sideMm * out.sideMm / (best.side * best.side);
   out.sideMm = best.side;
   for (size_t i = 0; i < shapes.size(); ++i) {
