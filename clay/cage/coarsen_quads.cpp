@@ -104,7 +104,8 @@ class Coarsener {
     for (int round = 0; round < kAtTheEnd; ++round) {
       if (round == kAtTheEnd / 2) cutCorners();  // where no turn of an edge gave one a second quad
       makeEven();
-      if (round >= kAtTheEnd / 2) unfoldAll();
+      if (round >= kAtTheEnd / 2)
+        for (uint32_t v = 0; v < web_.vertices(); ++v) unfold(v);
     }
     return web_.mesh();
   }
@@ -114,7 +115,7 @@ class Coarsener {
       part.step(double(round) / kOfHalved);
       for (uint32_t v = 0; v < web_.vertices(); ++v) relax(v);
     }
-    unfoldAll();
+    for (uint32_t v = 0; v < web_.vertices(); ++v) unfold(v);
     return web_.mesh();
   }
 
@@ -344,12 +345,26 @@ class Coarsener {
     return shortest;
   }
 
+  // Where each of the two lines of edges through v has it between its ends. The mean of all four ends would draw a row
+  // of vertices beside a curved crease onto it: the row's own ends lie on the inner side.
+  Vec3d alongLines(uint32_t v) const {
+    Vec3d to = web_.at(v);
+    for (const auto& [a, c] : web_.linesThrough(v)) {
+      const double ha = sizeBetween(v, a), hc = sizeBetween(v, c);
+      const Vec3d way = (web_.at(c) - web_.at(a)).normalized();
+      const Vec3d middle = (hc * hc * web_.at(a) + ha * ha * web_.at(c)) / (ha * ha + hc * hc);
+      to += (middle - web_.at(v)).dot(way) * way;
+    }
+    return to;
+  }
+
   // Edges of one length in proportion to the sizes pull by as much.
   void relax(uint32_t v) {
     if (web_.isCorner(v)) return;
     web_.alongCreases(v, pulling_);
     web_.beside(v, beside_);
-    if (pulling_.empty()) pulling_ = beside_;
+    const bool inside = pulling_.empty();
+    if (inside) pulling_ = beside_;
     Vec3d sum = Vec3d::Zero();
     double weights = 0;
     for (const uint32_t each : pulling_) {
@@ -358,10 +373,11 @@ class Coarsener {
       weights += weight;
     }
     const Vec3d was = web_.at(v), normal = normals_[v];
-    const double size = size_[v];
-    const double before = shapeAt(v);
-    const double shortest = shortestAt(v);
-    const Vec3d mean = sum / weights;
+    const double size = size_[v], before = shapeAt(v), shortest = shortestAt(v);
+    Vec3d mean = sum / weights;
+    if (inside && web_.around(v).size() == 4 &&
+        std::ranges::any_of(beside_, [&](uint32_t each) { return web_.isOnCrease(each); }))
+      mean = alongLines(v);
     place(v, was + 0.5 * (mean - was));
     // What folds a quad, draws one through the clay, or lets a body of few quads shrink to a point, does not stay.
     bool worse =
@@ -403,10 +419,6 @@ class Coarsener {
         best = web_.at(v);
       }
     place(v, best);
-  }
-
-  void unfoldAll() {
-    for (uint32_t v = 0; v < web_.vertices(); ++v) unfold(v);
   }
 
   // Disks that would have fewer vertices of other than four quads are filled anew, where the shape of quads, what lies

@@ -32,6 +32,20 @@ void QuadWeb::beside(uint32_t vertex, std::vector<uint32_t>& out) const {
   }
 }
 
+std::array<std::array<uint32_t, 2>, 2> QuadWeb::linesThrough(uint32_t vertex) const {
+  const std::vector<uint32_t>& quads = around_[vertex];
+  // Of a quad here: the next vertex after this one, and the one before.
+  const auto next = [&](uint32_t f, size_t step) {
+    const auto& q = quads_[f];
+    return q[(static_cast<size_t>(std::find(q.begin(), q.end(), vertex) - q.begin()) + step) % 4];
+  };
+  const auto after = [&](uint32_t v) {
+    return next(*std::find_if(quads.begin(), quads.end(), [&](uint32_t f) { return next(f, 1) == v; }), 3);
+  };
+  const uint32_t first = next(quads.front(), 1), second = after(first), third = after(second);
+  return {{{first, third}, {second, after(third)}}};
+}
+
 void QuadWeb::alongCreases(uint32_t vertex, std::vector<uint32_t>& out) const {
   out.clear();
   for (const uint32_t f : around_[vertex]) {

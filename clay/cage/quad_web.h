@@ -39,6 +39,8 @@ class QuadWeb {
   [[nodiscard]] bool isOnCrease(uint32_t vertex) const { return creasesAt(vertex) != 0; }
   /// Vertices at the other ends of its edges, in no order.
   void beside(uint32_t vertex, std::vector<uint32_t>& out) const;
+  /// Of a vertex of four quads: the ends of the two lines of edges that cross there.
+  [[nodiscard]] std::array<std::array<uint32_t, 2>, 2> linesThrough(uint32_t vertex) const;
 
   /// How much nearer to four quads around every vertex the mesh would be, Σ (n − 4)² before less after; none where the
   /// change is refused. On a crease the quads between two of its edges count for themselves: two on a line, at a corner

@@ -62,6 +62,19 @@ TEST(CoarseCage, CornersFaceOutwards) {
 }
 
 // A sheet of 8 × 8 squares, and the same with a vertex drawn across what is beside it.
+// A mean of what is beside it would draw each row beside the rim of a bore onto the rim, until faces over it fold.
+TEST(FitPatches, DoNotFoldBesideTheRimOfABore) {
+  Grid grid;
+  grid.voxelMm = 0.4;
+  const Version clay = combine(makeSphere(Store::make(), grid, Vec3d::Zero(), 30),
+                               makeCylinder(Store::make(), grid, Vec3d(0, 0, -45), 9, 90, 1), Combination::cut);
+  for (const size_t faces : {100, 200}) {
+    const FittedPatches fitted = fitPatches(clay, faces, 2, WorkPart(nullptr));
+    EXPECT_TRUE(fitted.deviation.foldsMm.empty()) << faces << ": " << fitted.deviation.foldsMm.size();
+    EXPECT_LT(fitted.deviation.boundMm, 0.12);
+  }
+}
+
 TEST(PatchDeviation, KnowsFolds) {
   TriangleMesh sheet;
   for (uint32_t x = 0; x <= 8; ++x)

@@ -269,6 +269,32 @@ int unevenness(const QuadWeb& web) {
 }
 
 // Whatever is done in whatever order it stays closed, of the same shape, and what was said of a change is so.
+// Four quads on a ball of six patches: what is opposite has no quad in common.
+TEST(QuadWeb, LinesThroughAVertexCross) {
+  Grid grid;
+  grid.voxelMm = 0.5;
+  const QuadWeb web(coarseCage(makeSphere(Store::make(), grid, Vec3d::Zero(), 10), 96, WorkPart(nullptr)).mesh);
+  int looked = 0;
+  std::vector<uint32_t> beside;
+  for (uint32_t v = 0; v < web.vertices(); ++v) {
+    if (web.around(v).size() != 4) continue;
+    ++looked;
+    web.beside(v, beside);
+    std::vector<uint32_t> ends;
+    for (const auto& line : web.linesThrough(v)) {
+      ends.insert(ends.end(), line.begin(), line.end());
+      for (const uint32_t f : web.around(v)) {
+        const auto& q = web.quad(f);
+        EXPECT_FALSE(std::ranges::find(q, line[0]) != q.end() && std::ranges::find(q, line[1]) != q.end());
+      }
+    }
+    std::ranges::sort(ends);
+    std::ranges::sort(beside);
+    EXPECT_EQ(ends, beside);
+  }
+  EXPECT_GT(looked, 60);
+}
+
 TEST(QuadWeb, StaysClosedAndOfItsShapeWhateverIsDone) {
   Surface surface(false);
   surface.update(makeTorus(Store::make(), grid(2), Vec3d::Zero(), 12, 5));
