@@ -131,8 +131,8 @@ TEST(Pack, ShapesArePushedTogether) {
   expectApart(shapes, loose, kMargin, true);
   const Packing once = compacted(all, {loose}, kMargin, 1, WorkPart(nullptr));
   expectApart(shapes, once, kMargin, true);
-  EXPECT_GT(once.covered, 2.2 * loose.covered) << once.covered;
-  EXPECT_GT(packed(all, kMargin, 2, WorkPart(nullptr)).covered, 0.68);
+  EXPECT_GT(once.covered, 7 * loose.covered);
+  EXPECT_GT(packed(all, kMargin, 2, WorkPart(nullptr)).covered, 0.74) << "0.72 without turns";
   for (const int threads : {2, 5}) {
     const Packing again = compacted(all, {loose}, kMargin, threads, WorkPart(nullptr));
     EXPECT_EQ(again.sideMm, once.sideMm);
