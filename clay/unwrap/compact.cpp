@@ -297,8 +297,8 @@ class Table {
     for (size_t i = 0; i < pieces_.size(); ++i)
       for (const Segment& s : pieces_[i].outline()) {
         outlines[i].push_back({places[i].at + turns_[i] * s[0], places[i].at + turns_[i] * s[1]});
-        const Vec2d& p = outlines[i].back()[0];
-        if (std::min(p.minCoeff(), side_ - p.maxCoeff()) < 0.5 * gap_ * (1 - 1e-9)) return false;
+        for (const Vec2d& p : outlines[i].back())
+          if (std::min(p.minCoeff(), side_ - p.maxCoeff()) < 0.5 * gap_ * (1 - 1e-9)) return false;
       }
     for (size_t i = 0; i < pieces_.size(); ++i)
       for (size_t j = 0; j < i; ++j) {
