@@ -107,7 +107,6 @@ class Piece {
       for (int i = 0; i < parts; ++i) samples_.push_back(s[0] + (s[1] - s[0]) * i / parts);
       for (const Vec2d& p : s) radius_ = std::max(radius_, p.norm());
     }
-    samples_.reserve(samples_.size() + outline_.size());
     for (const Segment& s : outline_) samples_.push_back(s[1]);
   }
   [[nodiscard]] const std::vector<Segment>& outline() const { return outline_; }
@@ -157,7 +156,7 @@ class Table {
   Table(const std::vector<Piece>& pieces, double side, double margin)
       : pieces_(pieces), side_(side), gap_(margin * side) {}
 
-  // Until nothing is in the way of anything. `goesOn` is asked now and then.
+  // Until nothing is in the way of anything. `goesOn` is asked in each round.
   template <class GoesOn>
   bool separate(std::vector<Place>& places, std::mt19937& random, const GoesOn& goesOn) {
     double least = INFINITY;
