@@ -76,7 +76,7 @@ Stamps stampsOf(const BenchModel& model, const engine::ToolRow& row, double radi
     result.bytes = stroke.counts().bytes() / stamps;
     const Stopwatch end;
     (void)stroke.finish();
-    result.meanUs = result.times.mean() + end.us() / double(result.times.count());
+    result.meanUs = result.times.mean() + end.us() / double(stamps);
   }
   while (store.collect()) {
   }

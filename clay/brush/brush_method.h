@@ -30,6 +30,9 @@ inline const double kRegionHalfDiagonal = 31.5 * std::sqrt(3.0) + 0.01;
 /// Of an application.
 inline constexpr size_t kMostImages = 64;
 
+/// Clay that moves by no more than so many voxels stays in the bricks around those that it was in.
+inline constexpr double kMoveWithin = 6;
+
 /// Throws Error for numbers that are not finite or out of range.
 void checkStamp(const Stamp& stamp);
 
@@ -66,8 +69,10 @@ class DistanceMethod {
   [[nodiscard]] virtual bool full() const { return false; }
   virtual void beginAnew(const Version& now) { (void)now; }
 
-  /// How far outside of the surface an application may put one, voxels.
-  [[nodiscard]] virtual double travel() const { return 0; }
+  /// How far outside of the surface applications that move clay by `moved` voxels altogether may put one, voxels; below
+  /// zero: bricks that hold no surface stay as they are. Clay that moves a little stays in the bricks around those that
+  /// it was in.
+  [[nodiscard]] virtual double travel(double moved) const { return moved > kMoveWithin ? moved : 0; }
 
   /// Where the tool of an application, or of a part of it, counts as standing in the clay `before` it.
   [[nodiscard]] virtual std::vector<Stamp> placed(Sampler& before, std::span<const Stamp> images) const {
@@ -75,8 +80,11 @@ class DistanceMethod {
     return {images.begin(), images.end()};
   }
 
-  /// Before the bricks of an application; `bricks` (sorted) are those that will be asked for: all within reach that
-  /// hold or touch some surface. It pauses about every kBricksAStep bricks of work.
+  /// Where moves() is finite: an application comes. Its bricks are computed later, maybe with those of others.
+  virtual void follow(Sampler& before, std::span<const Stamp> images) { (void)before, (void)images; }
+
+  /// Before the bricks of an application, or of some together; `bricks` (sorted) are those that will be asked for: all
+  /// within reach that hold or touch some surface. It pauses about every kBricksAStep bricks of work.
   [[nodiscard]] virtual Steps begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) {
     (void)before, (void)images, (void)bricks;
     co_return;
@@ -101,6 +109,13 @@ class DistanceMethod {
   /// What has to be renewed beside the surface: nothing where it leaves distances there, as a CSG of distances does.
   [[nodiscard]] virtual Renew leaves() const { return Renew::slopes; }
 
+  /// Whether it may change anything in a cube of bricks, 2, 4 or 8 along its edge: asked before its bricks are looked
+  /// at one by one, where clay comes far.
+  [[nodiscard]] virtual bool mayChange(Sampler& before, Coord first, int edge) const {
+    (void)before, (void)first, (void)edge;
+    return true;
+  }
+
   /// Whether it makes clay where no surface is near: all bricks within reach are asked for.
   [[nodiscard]] virtual bool everywhere() const { return false; }
 
@@ -111,9 +126,9 @@ class DistanceMethod {
   /// Whether it heeds masks that cover a part itself; what they cover whole is put back in any case.
   [[nodiscard]] virtual bool masks() const { return false; }
 
-  /// How far an application moves clay at most, voxels, where brick() computes what all applications so far have left,
-  /// whatever was computed between: bricks of some that move little are then computed together. Infinity: those of each
-  /// at once.
+  /// How far an application moves clay at most, voxels, where brick() computes what all applications have left that
+  /// came since its bricks were last computed: bricks of some that move little are then computed together. Infinity:
+  /// those of each at once.
   [[nodiscard]] virtual double moves(std::span<const Stamp> images) const {
     (void)images;
     return HUGE_VAL;

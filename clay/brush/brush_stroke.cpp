@@ -14,6 +14,7 @@
 #include "clay/brush/brush_channels.h"
 #include "clay/brush/brush_method.h"
 #include "clay/brush/mask_reach.h"
+#include "clay/brush/reached_bricks.h"
 #include "clay/brush/swept_tip.h"
 #include "clay/brush/trail.h"
 #include "clay/brush/wall_limit.h"
@@ -27,14 +28,15 @@ namespace argil::clay {
 
 namespace {
 
-// Due bricks are gathered until their count is worth the ring of neighbours that is solved along with them.
+// Due bricks are gathered until their count is worth the ring of neighbours that is solved along with them: so many,
+// and half of what is computed at once.
 constexpr size_t kBatch = 64;
 // Bricks of an application that are worth a second thread.
 constexpr size_t kParallelFrom = 256;
 // Applications whose bricks are computed together at most. What is shown lags by less.
 constexpr size_t kTogether = 4;
-// Clay that moves by no more than this stays in the bricks around those that it was in.
-constexpr double kMoveWithin = 6;
+// Radius up to which they move clay by Quality::together altogether; larger tips by as much more as they are larger.
+constexpr double kTogetherRadius = 30;
 // Surfaces that meet at a smaller angle leave distances: where slopes differ by no more than this along any axis, what
 // the lesser of two distances says beside their edge is wrong by 0.07 voxel at most, and redistancing would leave it as
 // it is.
@@ -95,6 +97,7 @@ struct BrushStroke::State {
   std::optional<Editor> editor;
   Editor::Counts before;  // of the editors that were published
   uint64_t stamps = 0, touched = 0, collected = 0;
+  size_t computed = 0;  // bricks at once, the last time
 
   CarriedFrom carriedFrom;
   std::optional<MaskReach> maskReach;  // of clay that has a mask
@@ -131,12 +134,17 @@ struct BrushStroke::State {
   bool begunOnce = false;  // some have waited
   double begunMove = 0;
 
-  [[nodiscard]] Steps work(std::span<const Stamp> images, std::vector<Coord> coords, bool begins,
-                           std::vector<Coord>& influenced);
+  [[nodiscard]] Steps work(std::span<const Stamp> images, std::vector<Coord> coords, std::vector<Coord>& influenced);
   [[nodiscard]] Steps computeBegun(std::vector<Coord>& influenced);
-  [[nodiscard]] Steps workOnPart(std::span<const Stamp> images, bool together, std::vector<Coord>& influenced);
+  struct Part {
+    std::vector<Stamp> images;
+    bool first, last;  // of its application
+  };
+  [[nodiscard]] Steps workOnPart(const Part& part, bool together, std::vector<Coord>& influenced);
   [[nodiscard]] Steps workInParts(std::span<const Stamp> images, bool together, std::vector<Coord>& influenced);
-  [[nodiscard]] std::vector<Coord> bricksWithin(std::span<const Stamp> images, double moved = 0);
+  [[nodiscard]] std::vector<Coord> reached(std::span<const Stamp> images, double moved = 0) const {
+    return reachedBricks(*editor, *method, images, moved, tool == Method::carve ? Tile::outside : Tile::inside);
+  }
   [[nodiscard]] Steps redistanceBricks(Trail::Work work);
   [[nodiscard]] Steps redistanceDue(size_t most);
   [[nodiscard]] Steps prepare(std::span<const Stamp> images);
@@ -161,7 +169,11 @@ struct BrushStroke::State {
   }
 
   // Whether bricks of an application are computed together with those that wait.
-  [[nodiscard]] bool goesAlong(double move) const { return begunMove + move <= brush->quality.together; }
+  [[nodiscard]] bool goesAlong(std::span<const Stamp> images, double move) const {
+    double radius = HUGE_VAL;
+    for (const Stamp& s : images) radius = std::min({radius, s.radius, s.radiusAtEnd()});
+    return begunMove + move <= brush->quality.together * std::max(1.0, radius / kTogetherRadius);
+  }
 
   // Frees what versions that were dropped on the way alone used: as much as has been made since the last time, so that
   // memory does not follow the stroke's length.
@@ -287,49 +299,16 @@ void BrushStroke::State::computeSwept(const Stamp& s, std::vector<Coord>& influe
   swept.clear();
 }
 
-// Bricks within reach of a stamp that hold some surface, and those beside them. Sorted.
-std::vector<Coord> BrushStroke::State::bricksWithin(std::span<const Stamp> images, double moved) {
-  std::vector<Coord> surface;
-  // The band moves along.
-  const double travel = std::max(method->travel(), moved > kMoveWithin ? moved : 0);
-  const int rings = std::max(1, static_cast<int>(std::ceil((travel + editor->grid().band) / kBrickEdge)));
-  for (const Stamp& s : images) {
-    const double reach = method->reach(s), margin = 8.0 * rings;
-    const auto enter = [&](Coord, double middle) { return middle - kRegionHalfDiagonal - margin < reach; };
-    forBricks(s, reach + margin, enter, [&](Coord coord) {
-      if (!editor->find(coord).isTile()) surface.push_back(coord);
-    });
-  }
-  if (method->everywhere())
-    for (const Stamp& s : images)
-      forBricks(
-          s, method->reach(s), [](Coord, double) { return true; },
-          [&](Coord coord) {
-            if (editor->find(coord) != Slot(*tool == Method::carve ? Tile::outside : Tile::inside))
-              surface.push_back(coord);
-          });
-  std::vector<Coord> all = withNeighbours(surface);
-  for (int ring = 1; ring < rings; ++ring) all = withNeighbours(all);
-  std::erase_if(all, [&](Coord coord) {
-    const Vec3d middle = (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5);
-    return std::none_of(images.begin(), images.end(),
-                        [&](const Stamp& s) { return segmentDistance(s, middle) - kHalfDiagonal < method->reach(s); });
-  });
-  return all;
-}
-
-// Computes bricks (sorted) from the clay as it is now; what the method does before, if that is not done yet. Of many
-// bricks those are seen that are done.
-Steps BrushStroke::State::work(std::span<const Stamp> images, std::vector<Coord> coords, bool begins,
+// Computes bricks (sorted) from the clay as it is now. Of many those are seen that are done.
+Steps BrushStroke::State::work(std::span<const Stamp> images, std::vector<Coord> coords,
                                std::vector<Coord>& influenced) {
   if (coords.empty()) co_return;
   const bool inSteps = coords.size() > kBricksAStep;
   const Version was = inSteps ? commit() : Version();
   Sampler field = was ? Sampler(was) : Sampler(*editor);
   if (inSteps && !safe) safe = was;
-  if (begins)
-    for (Steps each = method->begin(field, images, coords); each.next();)
-      if (inSteps) co_yield Steps::kPause;
+  for (Steps each = method->begin(field, images, coords); each.next();)
+    if (inSteps) co_yield Steps::kPause;
   const float band = editor->grid().band;
   const bool masks = editor->has(Channel::mask);
   struct Result {
@@ -385,6 +364,7 @@ Steps BrushStroke::State::work(std::span<const Stamp> images, std::vector<Coord>
     co_yield Steps::kPause;
   }
   touched += coords.size();
+  computed = coords.size();
   // The surface may have come nearer to a neighbour that is a tile yet: redistancing makes the brick if so.
   const std::vector<Coord> near = withNeighbours(changed);
   influenced.insert(influenced.end(), near.begin(), near.end());
@@ -394,30 +374,32 @@ Steps BrushStroke::State::work(std::span<const Stamp> images, std::vector<Coord>
 }
 
 Steps BrushStroke::State::computeBegun(std::vector<Coord>& influenced) {
-  if (begunCount == 0) co_return;
+  if (begun.empty()) co_return;
   const std::vector<Stamp> images = std::exchange(begun, {});
   const double moved = std::exchange(begunMove, 0);
   begunCount = 0;
-  for (Steps each = work(images, bricksWithin(images, moved), false, influenced); each.next();) co_yield Steps::kPause;
+  for (Steps each = work(images, reached(images, moved), influenced); each.next();) co_yield Steps::kPause;
 }
 
-Steps BrushStroke::State::workOnPart(std::span<const Stamp> part, bool together, std::vector<Coord>& influenced) {
-  const double move = method->moves(part);
+Steps BrushStroke::State::workOnPart(const Part& part, bool together, std::vector<Coord>& influenced) {
+  const std::vector<Stamp>& images = part.images;
+  const double move = method->moves(images);
   if (!std::isfinite(move)) {
-    for (Steps each = work(part, bricksWithin(part), true, influenced); each.next();) co_yield Steps::kPause;
+    for (Steps each = work(images, reached(images), influenced); each.next();) co_yield Steps::kPause;
     co_return;
   }
   // Where each of them moves clay a little they are computed together: they look at the same bricks.
-  if (begunCount > 0 && !goesAlong(move))
+  if (!begun.empty() && !goesAlong(images, move))
     for (Steps each = computeBegun(influenced); each.next();) co_yield Steps::kPause;
   {
     Sampler field(*editor);
-    method->begin(field, part, {}).finish();
+    method->follow(field, images);
   }
-  begun.insert(begun.end(), part.begin(), part.end());
-  ++begunCount;
+  if (part.first || begun.empty()) ++begunCount;
+  begun.insert(begun.end(), images.begin(), images.end());
   begunMove += move;
-  if (together && begunCount < kTogether) {
+  const bool enough = part.last && begunCount == kTogether;
+  if (together && !enough && goesAlong(images, move)) {
     begunOnce = true;
     co_return;
   }
@@ -427,11 +409,11 @@ Steps BrushStroke::State::workOnPart(std::span<const Stamp> part, bool together,
 Steps BrushStroke::State::workInParts(std::span<const Stamp> images, bool together, std::vector<Coord>& influenced) {
   const int parts = method->parts(images);
   for (int i = 0; i < parts; ++i) {
-    std::vector<Stamp> part(images.begin(), images.end());
-    if (parts > 1) part = method->part(images, i, parts);
+    Part part{{images.begin(), images.end()}, i == 0, i == parts - 1};
+    if (parts > 1) part.images = method->part(images, i, parts);
     if (i > 0) {
       Sampler field(*editor);
-      part = method->placed(field, part);
+      part.images = method->placed(field, part.images);
     }
     for (Steps each = workOnPart(part, together, influenced); each.next();) co_yield Steps::kPause;
   }
@@ -461,7 +443,7 @@ Steps BrushStroke::State::redistanceDue(size_t most) {
 Steps BrushStroke::State::prepare(std::span<const Stamp> images) {
   if (!method) co_return;
   const bool full = method->full();
-  if (begunCount > 0 && (full || (method->parts(images) == 1 && !goesAlong(method->moves(images))))) {
+  if (!begun.empty() && (full || (method->parts(images) == 1 && !goesAlong(images, method->moves(images))))) {
     std::vector<Coord> influenced;
     for (Steps each = computeBegun(influenced); each.next();) co_yield Steps::kPause;
     trail.touch(stamps, std::move(influenced));
@@ -537,7 +519,7 @@ Steps BrushStroke::State::application(std::vector<Stamp> images) {
         co_yield Steps::kPause;
     std::sort(blended.begin(), blended.end());
     blended.erase(std::unique(blended.begin(), blended.end()), blended.end());
-    for (Steps each = work(images, std::move(blended), true, influenced); each.next();) co_yield Steps::kPause;
+    for (Steps each = work(images, std::move(blended), influenced); each.next();) co_yield Steps::kPause;
     seen = was;
     if (brush->tip == Tip::ball && !editor->has(Channel::mask)) sweptBefore = images;
   } else if (method) {
@@ -549,7 +531,7 @@ Steps BrushStroke::State::application(std::vector<Stamp> images) {
   // What is computed together is touched again together.
   const uint64_t behind = static_cast<uint64_t>(brush->quality.trail) + (begunOnce ? kTogether : 0);
   if (number > behind) trail.follow(number - behind);
-  if (trail.due() >= kBatch)
+  if (trail.due() >= std::max(kBatch, computed / 2))
     for (Steps each = redistanceBricks(trail.take(SIZE_MAX)); each.next();) co_yield Steps::kPause;
   carry(was, tool ? nullptr : method.get(), images);
   for (const Operation& each : brush->operations)

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <utility>
+#include <vector>
 
 namespace argil::clay {
 
@@ -85,23 +87,114 @@ Displacement* scratchNodes() {
 
 }  // namespace
 
-bool DisplacementField::bounds(Coord brick, Vec3f& low, Vec3f& high) const {
-  const Refinement r = refinement(brick);
-  Displacement* nodes = scratchNodes();
-  if (!gather(r.first, r.n, nodes)) return false;
-  Eigen::Array4f least = Eigen::Array4f::Zero(), most = least;
-  const int count = r.n * r.n * r.n;
-  least = most = Eigen::Map<const Eigen::Array4f>(&nodes[0].x);
-  for (int i = 1; i < count; ++i) {
-    const Eigen::Map<const Eigen::Array4f> node(&nodes[i].x);
+namespace {
+
+using Node = Eigen::Array4f;
+
+// From this spacing on the nodes around a brick reach far beyond it, and bounds of the nodes would be far from those of
+// its voxels.
+constexpr int kTightFrom = 8;
+
+// Nodes along an axis, and between which of them some voxels lie, counted from the first.
+struct Along {
+  int from = 0, count = 0;
+  double low = 0, high = 0;  // of the voxels
+  [[nodiscard]] int places() const { return static_cast<int>(std::ceil(high)) - static_cast<int>(std::floor(low)) + 1; }
+  // Where something that is straight between nodes is largest or least: at both ends and at the nodes between them.
+  [[nodiscard]] double place(int i) const { return std::clamp(std::floor(low) + i, low, high); }
+};
+
+// Nodes as `outer` times a line of `count` times `inner` that follow each other.
+struct Lines {
+  size_t outer, count, inner;
+};
+
+// The largest second difference along the lines, of each coordinate.
+Node mostBend(const Node* nodes, const Lines& lines) {
+  Node most = Node::Zero();
+  for (size_t i = 0; i < lines.outer; ++i) {
+    const Node* line = nodes + i * lines.count * lines.inner;
+    for (size_t k = lines.inner; k < (lines.count - 1) * lines.inner; ++k)
+      most = most.max(((line[k - lines.inner] + line[k + lines.inner]) - 2 * line[k]).abs());
+  }
+  return most;
+}
+
+// At Along::place of each line, straight between nodes.
+void straighten(const Node* nodes, const Lines& lines, const Along& along, Node* out) {
+  const int places = along.places();
+  for (int p = 0; p < places; ++p) {
+    const double place = along.place(p);
+    const size_t base = std::min(static_cast<size_t>(place), lines.count - 2);
+    const auto t = static_cast<float>(place - static_cast<double>(base));
+    for (size_t i = 0; i < lines.outer; ++i) {
+      const Node* below = nodes + (i * lines.count + base) * lines.inner;
+      Node* to = out + (i * static_cast<size_t>(places) + static_cast<size_t>(p)) * lines.inner;
+      for (size_t k = 0; k < lines.inner; ++k) to[k] = below[k] + t * (below[k + lines.inner] - below[k]);
+    }
+  }
+}
+
+}  // namespace
+
+bool DisplacementField::bounds(Coord first, int edge, Vec3f& low, Vec3f& high) const {
+  Along along[3];
+  int n = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int voxel = (axis == 0 ? first.x : axis == 1 ? first.y : first.z) * kBrickEdge;
+    const auto node = [&](int at) { return (at - 0.5 * (spacing_ - 1)) / spacing_; };
+    const double begin = node(voxel - 1), end = node(voxel + kBrickEdge * edge);
+    Along& one = along[axis];
+    one.from = static_cast<int>(std::floor(begin)) - 1;
+    one.low = begin - one.from;
+    one.high = end - one.from;
+    n = std::max(n, static_cast<int>(std::floor(end)) + 3 - one.from);
+  }
+  const auto side = static_cast<size_t>(n), count = side * side * side;
+  thread_local std::vector<Displacement> window;
+  thread_local std::vector<Node> one, other;
+  if (window.size() < count) {
+    window.resize(count);
+    one.resize(count);
+    other.resize(count);
+  }
+  if (!gather({along[0].from, along[1].from, along[2].from}, n, window.data())) return false;
+  Node least = Node::Zero(), most = least;
+  for (size_t i = 0; i < count; ++i) {
+    const Node node = one[i] = Eigen::Map<const Node>(&window[i].x);
     least = least.min(node);
     most = most.max(node);
   }
   if ((least == 0).all() && (most == 0).all()) return false;
-  // Three cubics one after the other overshoot by less than half of the range.
-  const Eigen::Array4f over = (most - least) * (spacing_ > 1 ? 0.5f : 0.0f);
-  low = (least - over).head<3>().matrix();
-  high = (most + over).head<3>().matrix();
+  if (spacing_ < kTightFrom) {
+    // Three cubics one after the other overshoot by less than half of the range.
+    const Node over = (most - least) * (spacing_ > 1 ? 0.5f : 0.0f);
+    low = (least - over).head<3>().matrix();
+    high = (most + over).head<3>().matrix();
+    return true;
+  }
+  // A cubic is off from the straight line between two nodes by an eighth of the larger second difference beside them at
+  // most, and carries on what it is given by 1.25 at most.
+  constexpr float kCubic = 1.25f;
+  Node off = Node::Constant(0.01f);
+  if (spacing_ > 1)
+    off +=
+        (mostBend(one.data(), {1, side, side * side}) +
+         kCubic * (mostBend(one.data(), {side, side, side}) + kCubic * mostBend(one.data(), {side * side, side, 1}))) /
+        8;
+  // x, y, z, one after the other.
+  const auto xs = static_cast<size_t>(along[0].places()), ys = static_cast<size_t>(along[1].places()),
+             zs = static_cast<size_t>(along[2].places());
+  straighten(one.data(), {1, side, side * side}, along[0], other.data());
+  straighten(other.data(), {xs, side, side}, along[1], one.data());
+  straighten(one.data(), {xs * ys, side, 1}, along[2], other.data());
+  least = most = other[0];
+  for (size_t i = 1; i < xs * ys * zs; ++i) {
+    least = least.min(other[i]);
+    most = most.max(other[i]);
+  }
+  low = (least - off).head<3>().matrix();
+  high = (most + off).head<3>().matrix();
   return true;
 }
 

@@ -42,8 +42,9 @@ class DisplacementField {
     for (auto& [block, nodes] : fresh_) blocks_[block] = std::move(nodes);
   }
 
-  /// Bounds, along each axis, of the displacements in a brick. False where all are zero.
-  [[nodiscard]] bool bounds(Coord brick, Vec3f& low, Vec3f& high) const;
+  /// Bounds, along each axis, of the displacements in a cube of bricks and one voxel around it. False where all are
+  /// zero.
+  [[nodiscard]] bool bounds(Coord first, int edge, Vec3f& low, Vec3f& high) const;
 
   /// Displacements at the voxels of a brick and one around it, [x][y][z] at (x·10 + y)·10 + z. False where all are
   /// zero; then nothing is written.

@@ -38,6 +38,7 @@ class Levelling : public DistanceMethod {
 
   double reach(const Stamp& stamp) const override { return stamp.largestRadius(); }
   Renew leaves() const override { return Renew::all; }
+  double travel(double) const override { return -1; }
   Steps begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) override;
   bool brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const override;
 

@@ -131,7 +131,7 @@ class Raising : public DistanceMethod {
     if (everywhere_) highest_ = rise_;
   }
 
-  double travel() const override { return everywhere_ ? rise_ : step_; }
+  double travel(double) const override { return everywhere_ ? rise_ : step_; }
   double reach(const Stamp& stamp) const override { return stamp.largestRadius() * radii() + band_ + highest_ + step_; }
   Steps begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) override;
   bool brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const override;

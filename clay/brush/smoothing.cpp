@@ -2,11 +2,15 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <iterator>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "clay/brush/brush_method.h"
+#include "clay/field/unbent_plane.h"
 #include "clay/store/brick_margins.h"
 
 namespace argil::clay {
@@ -17,6 +21,11 @@ namespace {
 constexpr double kFineRadius = 10;
 // Sums are of multiples of this: exact, so that their order does not matter.
 constexpr double kGrain = 1.0 / (1 << 30);
+// From this radius on, voxels, applications are computed together: a brick lies under twenty of them. All three means
+// serve from there on.
+constexpr double kLargeTip = 32;
+// What the mean eight voxels apart adds to the variance along an axis.
+constexpr float kFarVariance = 0.5f * kBrickEdge * kBrickEdge;
 // Voxels beside an edge that the surface may come to in one application.
 constexpr float kNear = 2;
 
@@ -24,6 +33,17 @@ constexpr float kNear = 2;
 float insideOf(float a, float b) {
   if ((a < 0) == (b < 0)) return a < 0 ? 1.0f : 0.0f;
   return a < 0 ? a / (a - b) : b / (b - a);
+}
+
+// Of the means of means 1, 2 and so on to `spacing` voxels apart: their weights along an axis are a triangle.
+UnbentPlane unbentPlane(int spacing, float band) {
+  const auto mean = [spacing, band = static_cast<double>(band)](double d) {
+    const int half = 2 * spacing;
+    double sum = 0;
+    for (int k = 1 - half; k < half; ++k) sum += (half - std::abs(k)) * std::clamp(d + k, -band, band);
+    return sum / (half * half);
+  };
+  return {mean, band};
 }
 
 class Smoothing : public DistanceMethod {
@@ -35,6 +55,13 @@ class Smoothing : public DistanceMethod {
         threads_(context.threads) {}
 
   Renew leaves() const override { return Renew::all; }
+  double travel(double) const override { return -1; }
+  // What is beyond the band stays.
+  double moves(std::span<const Stamp> images) const override {
+    const bool together = operation_.method == Method::smooth && largestOf(images) >= kLargeTip;
+    return together ? band_ : HUGE_VAL;
+  }
+  void follow(Sampler&, std::span<const Stamp> images) override { came_.emplace_back(images.begin(), images.end()); }
   Steps begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) override;
   bool brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const override;
 
@@ -43,6 +70,11 @@ class Smoothing : public DistanceMethod {
     float of[kBrickVoxels];
   };
   using Around = std::array<const float*, kBricksAround>;
+  static double largestOf(std::span<const Stamp> images) {
+    double radius = 0;
+    for (const Stamp& each : images) radius = std::max(radius, each.largestRadius());
+    return radius;
+  }
   // For gatherBroad: the means around brick i, where there are any.
   [[nodiscard]] Around meansAround(size_t i) const {
     Around means{};
@@ -51,22 +83,39 @@ class Smoothing : public DistanceMethod {
     return means;
   }
   void gatherWeights(size_t i, float* broad) const;
+  // A power of two up to 8.
+  void prepareUnbent(int spacing) {
+    auto& plane = unbent_[static_cast<size_t>(std::countr_zero(static_cast<unsigned>(spacing)))];
+    if (!plane) plane = unbentPlane(spacing, band_);
+  }
+  [[nodiscard]] const UnbentPlane& unbent(int spacing) const {
+    return *unbent_[static_cast<size_t>(std::countr_zero(static_cast<unsigned>(spacing)))];
+  }
   // The mean of brick i, `spacing` voxels apart, of the means so far; `broad` is room.
   void meanOf(size_t i, int spacing, Sampler& before, float (&broad)[kBroadSize], float (&mean)[kBrickVoxels]) const;
   // Towards its mean: what becomes of brick i, and its weights.
   void blend(size_t i, std::span<const Stamp> images, Sampler& before, float (&mean)[kBrickVoxels],
              float (&weight)[kBrickVoxels]) const;
+  // The same of several applications.
+  void blendTogether(size_t i, Sampler& before, float (&phi)[kBrickVoxels]) const;
+  [[nodiscard]] float shareOf(double wanted) const {
+    return operation_.amount * static_cast<float>(std::min(wanted / variance_, 1.0));
+  }
 
   Operation operation_;
   float band_, perStamp_;
   int threads_;
+  std::array<std::optional<UnbentPlane>, 4> unbent_;  // by the spacing's logarithm
+  std::vector<std::vector<Stamp>> came_, together_;   // applications: since the last was computed, and of these
   // Of the application: whether the means of the next neighbours serve; else its bricks that hold some surface.
   bool near_ = true;
   std::vector<Coord> bricks_;
   std::vector<std::array<ptrdiff_t, kBricksAround>> around_;  // indices among bricks_
   std::vector<Values> means_;                                 // of the neighbours, near and far
-  int spacing_ = 1;  // of the last means, which bricks compute themselves unless the volume is kept
-  float share_ = 1;  // of the way to them
+  // Of the last means, which bricks compute themselves unless the volume is kept or there are several applications.
+  int spacing_ = 1;
+  double variance_ = 0;  // of these, along an axis
+  float share_ = 1;      // of the way to them
   // Where the volume is kept, what bricks become stands in means_, and is put back by these weights: 0 where nothing is
   // known. Before, room for the next means.
   std::vector<Values> weights_;
@@ -82,6 +131,7 @@ void Smoothing::meanOf(size_t i, int spacing, Sampler& before, float (&broad)[kB
 void Smoothing::blend(size_t i, std::span<const Stamp> images, Sampler& before, float (&mean)[kBrickVoxels],
                       float (&weight)[kBrickVoxels]) const {
   imageWeights(images, operation_.shape, bricks_[i], perStamp_, weight);
+  unbent(spacing_).distances(mean);
   BrickValues scratch;
   const BrickValues& values = before.slot(bricks_[i]).values(scratch, band_);
   for (int v = 0; v < kBrickVoxels; ++v) {
@@ -91,10 +141,55 @@ void Smoothing::blend(size_t i, std::span<const Stamp> images, Sampler& before, 
   }
 }
 
+namespace {
+
+// Variance along an axis that is asked of an application.
+double wantedVariance(double radius) {
+  return 0.5 * std::max(1.0, (radius / kFineRadius) * (radius / kFineRadius));
+}
+
+using Row = Eigen::Array<float, kBrickVoxels, 1>;
+
+}  // namespace
+
+// Towards the means that one application has, so that of what is fine as much stays as after one application after the
+// other, ∏(1 − w); and as far towards those of these eight voxels apart that what is coarse loses as much as well: the
+// variance of all together is ∑ w times that of one.
+void Smoothing::blendTogether(size_t i, Sampler& before, float (&phi)[kBrickVoxels]) const {
+  Row left = Row::Ones(), sum = Row::Zero();
+  for (const std::vector<Stamp>& images : together_) {
+    float weight[kBrickVoxels];
+    imageWeights(images, operation_.shape, bricks_[i], perStamp_, weight);
+    const Row share = shareOf(wantedVariance(largestOf(images))) * Eigen::Map<const Row>(weight);
+    left *= 1 - share;
+    sum += share;
+  }
+  BrickValues scratch[kBricksAround];
+  const float* around[kBricksAround];
+  for (size_t k = 0; k < kBricksAround; ++k) {
+    const ptrdiff_t at = around_[i][k];
+    around[k] = at >= 0 ? means_[static_cast<size_t>(at)].of
+                        : before.slot(bricks_[i] + kAroundSteps[k]).values(scratch[k], band_);
+  }
+  // Ends first, so that a mirror image has mirrored bits.
+  const auto value = [&](size_t k) { return Eigen::Map<const Row>(around[k]); };
+  const auto line = [&](size_t k) { return Row(0.25f * (value(k) + value(k + 2)) + 0.5f * value(k + 1)); };
+  const auto plane = [&](size_t k) { return Row(0.25f * (line(k) + line(k + 6)) + 0.5f * line(k + 3)); };
+  Row far = 0.25f * (plane(0) + plane(18)) + 0.5f * plane(9), mean = value(kBricksAround / 2);
+  unbent(2 * spacing_).distances(far.data());
+  unbent(spacing_).distances(mean.data());
+  const BrickValues& values = before.slot(bricks_[i]).values(scratch[0], band_);
+  const Eigen::Map<const Row> now(values);
+  const Row all = 1 - left, farther = static_cast<float>(variance_) / kFarVariance * (sum - all);
+  const Row moved = now + (all * (mean - now) + farther * (far - mean));
+  Eigen::Map<Row>{phi} = (now.abs() < band_).select(moved, now);
+}
+
 Steps Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) {
   const bool keep = operation_.method == Method::smoothKeep;
-  double radius = 0;
-  for (const Stamp& each : images) radius = std::max(radius, each.largestRadius());
+  const double radius = largestOf(images);
+  together_ = std::exchange(came_, {});
+  const bool store = keep || together_.size() > 1;
   bricks_.clear();
   putBack_ = 0;
   near_ = !keep && radius <= kFineRadius;
@@ -105,14 +200,15 @@ Steps Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span
                [&](Coord coord) { return !before.slot(coord).isTile(); });
   // Means of means, 1, 2 and 4 voxels apart: of 3, 7 and 15 voxels, their variance along an axis half the sum of
   // squares.
-  double variance = 0, wanted = 0.5 * std::max(1.0, (radius / kFineRadius) * (radius / kFineRadius));
+  const double wanted = wantedVariance(radius);
   around_ = besideEach(bricks_, kAroundSteps);
   means_.resize(bricks_.size());
   weights_.resize(bricks_.size());
+  variance_ = 0;
   for (spacing_ = 1;; spacing_ *= 2) {
-    variance += 0.5 * spacing_ * spacing_;
-    const bool last = spacing_ == 4 || variance >= wanted;
-    if (last && !keep) break;
+    variance_ += 0.5 * spacing_ * spacing_;
+    const bool last = spacing_ == 4 || variance_ >= wanted;
+    if (last && !store) break;
     for (size_t from = 0; from < bricks_.size(); from += kBricksAStep) {
       forBrickRanges(std::min(kBricksAStep, bricks_.size() - from), threads_, [&](size_t begin, size_t end) {
         Sampler mine = before;
@@ -124,7 +220,9 @@ Steps Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span
     std::swap(means_, weights_);
     if (last) break;
   }
-  share_ = operation_.amount * static_cast<float>(std::min(wanted / variance, 1.0));
+  share_ = shareOf(wanted);
+  prepareUnbent(spacing_);
+  if (together_.size() > 1) prepareUnbent(2 * spacing_);
   if (!keep) co_return;
   forBrickRanges(bricks_.size(), threads_, [&](size_t begin, size_t end) {
     Sampler mine = before;
@@ -202,6 +300,10 @@ bool Smoothing::brick(Sampler& before, std::span<const Stamp> images, Coord coor
   const auto it = std::lower_bound(bricks_.begin(), bricks_.end(), coord);
   if (it == bricks_.end() || *it != coord) return false;
   const auto at = static_cast<size_t>(it - bricks_.begin());
+  if (together_.size() > 1) {
+    blendTogether(at, before, phi);
+    return true;
+  }
   if (operation_.method != Method::smoothKeep) {
     float broad[kBroadSize], weight[kBrickVoxels];
     meanOf(at, spacing_, before, broad, phi);

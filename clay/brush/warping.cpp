@@ -86,7 +86,7 @@ class Warping : public DistanceMethod {
     return std::max(1, static_cast<int>(std::ceil(mostMove(images) / kMostMove)));
   }
 
-  Steps begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord>) override {
+  void follow(Sampler& before, std::span<const Stamp> images) override {
     tool_->begin(before, images);
     int spacing = 1 << 12;
     for (const Stamp& s : images) spacing = std::min(spacing, spacingFor(s));
@@ -109,10 +109,11 @@ class Warping : public DistanceMethod {
     moved_ = sorted.size();
     for (const Stamp& s : images) largest_ = std::max(largest_, s.largestRadius());
     for (const Coord block : sorted) farthest_ = std::max(farthest_, field_->farthest(block));
-    co_return;
   }
 
   bool brick(Sampler& before, std::span<const Stamp>, Coord coord, float (&phi)[kBrickVoxels]) const override;
+
+  bool mayChange(Sampler& before, Coord first, int edge) const override;
 
   bool origins(std::span<const Stamp> images, Coord coord, Vec3f (&from)[kBrickVoxels]) const override {
     const Coord first = coord * kBrickEdge;
@@ -196,7 +197,7 @@ Coord floorOf(const Vec3f& v) {
           static_cast<int32_t>(std::floor(v.z()))};
 }
 
-// Whether a brick is a tile and everything in a box of voxels is the same tile, the brick included.
+// Whether a brick is a tile and everything in a box of voxels is the same tile.
 bool tilesOnly(Sampler& field, Coord low, Coord high, Slot brick) {
   if (!brick.isTile()) return false;
   for (int x = low.x >> kBrickBits; x <= high.x >> kBrickBits; ++x)
@@ -341,10 +342,21 @@ void Warping::holdBack(Coord brick, Displacement (&moved)[kMovedVoxels]) const {
       }
 }
 
+// Nothing where no clay was moved, and where all is air, or all is clay, as all is that came.
+bool Warping::mayChange(Sampler& before, Coord cube, int edge) const {
+  Vec3f low, high;
+  if (!field_->bounds(cube, edge, low, high)) return false;
+  const Coord first = cube * kBrickEdge, end = Coord{1, 1, 1} * (kBrickEdge * edge);
+  const Slot now = before.slot(cube);
+  Sampler start(base_);
+  return !tilesOnly(before, first, first + end - Coord{1, 1, 1}, now) ||
+         !tilesOnly(start, first + floorOf(low), first + floorOf(high) + end + Coord{1, 1, 1}, now);
+}
+
 bool Warping::brick(Sampler& before, std::span<const Stamp>, Coord coord, float (&phi)[kBrickVoxels]) const {
   // 1. Where its voxels came from. Nothing to do where that is all air, or all clay, as the brick itself.
   Vec3f low, high;
-  if (!field_->bounds(coord, low, high)) return false;
+  if (!field_->bounds(coord, 1, low, high)) return false;
   const Slot now = before.slot(coord);
   Sampler start(base_);
   const Coord first = coord * kBrickEdge, around{kBrickEdge + 1, kBrickEdge + 1, kBrickEdge + 1};

@@ -62,16 +62,21 @@ std::vector<SettledBrick> solve(const Sampler& before, Editor& editor, std::span
   JacobiSolver<1> solver(coords, threads);
   forBrickRanges(coords.size(), threads, [&](size_t begin, size_t end) {
     Sampler field = before;
+    float padded[kPaddedSize], far[kPaddedSize], u[kPaddedSize];
+    std::fill(std::begin(far), std::end(far), band);
+    std::fill(std::begin(padded), std::end(padded), band);
     for (size_t i = begin; i < end; ++i) {
-      float padded[kPaddedSize], u[kPaddedSize];
-      uint64_t frozen[kBrickEdge];
-      std::fill(std::begin(padded), std::end(padded), band);
+      uint64_t frozen[kBrickEdge] = {};
+      sources[i] = field.slot(coords[i]);
+      if (isAmongTiles(field, coords[i], sources[i])) {
+        solver.begin(i, far, frozen, 0);
+        continue;
+      }
       gatherPadded(field, coords[i], padded);
       startDistance(padded, band, frozen, u);
       const Renew how = renew.empty() ? Renew::none : renew[i];
       if (how != Renew::none) renewNearDistance(padded, frozen, how == Renew::impossible ? 1 : 0, u);
       if (masks) holdMasked(editor.find(Channel::mask, coords[i]), padded, frozen, u);
-      sources[i] = field.slot(coords[i]);
       solver.begin(i, u, frozen);
     }
   });

@@ -14,6 +14,7 @@
 #include "clay/field/region_work.h"
 #include "clay/field/renewed_block.h"
 #include "clay/field/settle.h"
+#include "clay/field/unbent_plane.h"
 #include "clay/field/work_rooms.h"
 #include "clay/kernels/brush_kernels.h"
 #include "clay/kernels/shaping_kernels.h"
@@ -88,37 +89,16 @@ uint32_t near(const BrickValues& values, float band) {
   return found;
 }
 
-// What a plane's mean says of its distance: its field ends at the band, so a mean over `passes` is nearer to zero than
-// the middle. By the normal distribution of the same spread.
-class UnbentPlane {
- public:
-  UnbentPlane(int passes, float band) {
-    const double spread = std::sqrt(passes / 2.0);
-    // The mean of what is positive of a plane at the distance d.
-    const auto ramp = [&](double d) {
-      return d / 2 * std::erfc(-d / (spread * M_SQRT2)) +
-             spread / std::sqrt(2 * M_PI) * std::exp(-d * d / (2 * spread * spread));
-    };
-    const auto mean = [&](double d) { return ramp(d + band) - ramp(d - band) - band; };
-    const double end = mean(band);
-    scale_ = static_cast<float>(kBendSteps / end);
-    double low = 0;
-    for (int i = 0; i < kBendSteps; ++i) {
-      double high = band;
-      for (int k = 0; k < 40; ++k) {
-        const double middle = (low + high) / 2;
-        (mean(middle) < end * i / kBendSteps ? low : high) = middle;
-      }
-      table_[i] = static_cast<float>(low);
-    }
-    table_[kBendSteps] = table_[kBendSteps + 1] = band;
-  }
-  void distances(float* means) const { bendValues(table_, scale_, means); }
-
- private:
-  float scale_ = 0;
-  float table_[kBendSteps + 2] = {};
-};
+// What the means of `passes` say of distances: by the normal distribution of the same spread.
+UnbentPlane unbentPlane(int passes, float band) {
+  const double spread = std::sqrt(passes / 2.0);
+  // The mean of what is positive of a plane at the distance d.
+  const auto ramp = [&](double d) {
+    return d / 2 * std::erfc(-d / (spread * M_SQRT2)) +
+           spread / std::sqrt(2 * M_PI) * std::exp(-d * d / (2 * spread * spread));
+  };
+  return {[&](double d) { return ramp(d + band) - ramp(d - band) - band; }, band};
+}
 
 // Means of `passes`, less `shift`, where the surface may come near. With `plane` they become distances, and those that
 // are none are left to be solved; of bricks around the block, what these need.
@@ -199,7 +179,7 @@ Version evenedOut(const Version& source, const std::shared_ptr<Store>& store, in
   const float band = source.grid().band;
   const bool channels = ChannelSource::any(source);
   std::optional<UnbentPlane> plane;
-  if (!last && band >= kWideBand) plane.emplace(passes, band);
+  if (!last && band >= kWideBand) plane = unbentPlane(passes, band);
   Editor editor(Version::empty(store, source.grid()));
   copyTiles(source, editor);
   std::mutex editing;
