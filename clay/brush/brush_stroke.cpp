@@ -31,8 +31,8 @@ namespace {
 // Due bricks are gathered until their count is worth the ring of neighbours that is solved along with them: so many,
 // and half of what is computed at once.
 constexpr size_t kBatch = 64;
-// Bricks of an application that are worth a second thread.
-constexpr size_t kParallelFrom = 256;
+// Bricks of an application that are worth a second thread; of a swept tip, whose bricks take less.
+constexpr size_t kParallelFrom = 128, kParallelSwept = 256;
 // Applications whose bricks are computed together at most. What is shown lags by less.
 constexpr size_t kTogether = 4;
 // Radius up to which they move clay by Quality::together altogether; larger tips by as much more as they are larger.
@@ -261,7 +261,7 @@ void BrushStroke::State::computeSwept(const Stamp& s, std::vector<Coord>& influe
   const Precision precision = editor->base().store()->precision();
   const bool straight = std::abs(s.radiusAtEnd() - s.radius) <= static_cast<double>(kGrows) * (s.b - s.a).norm();
   parallelBlocks(
-      swept.size(), swept.size() >= kParallelFrom ? threads : 1,
+      swept.size(), swept.size() >= kParallelSwept ? threads : 1,
       [&](size_t begin, size_t end) {
         BrickValues scratch;
         for (size_t i = begin; i < end; ++i) {

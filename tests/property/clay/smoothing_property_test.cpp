@@ -66,14 +66,69 @@ TEST(Smooth, BumpsGoAlikeAtAnyRadius) {
     }
 }
 
+// What a pass of stamps leaves of a bump on a plate, as a share of its height.
+double leftOfBump(double radius, float strength, double together) {
+  const Version block = makeBlock(Store::make(), Grid{}, Vec3d(0, 0, -15), {1.5 * radius, 1.5 * radius, 30}, 1);
+  const double ball = 0.25 * radius, high = 0.1 * radius;
+  const Version bump = apply(block, Brush::of(Method::add), {{{0, 0, high - ball}, {0, 0, high - ball}, ball}});
+  auto brush = std::make_shared<Brush>(*smoothing(Method::smooth));
+  brush->quality.together = together;
+  std::vector<Stamp> stamps = line({-0.8 * radius, 0, 0}, {0.8 * radius, 0, 0}, radius);
+  for (Stamp& each : stamps) each.strength = strength;
+  const Version after = apply(bump, brush, stamps);
+  closedSurface(after);
+  Sampler sampler(after);
+  double z = -5;
+  while (sampler.trilinear(Vec3d(0, 0, z)) < 0) z += 0.005;
+  return z / high;
+}
+
+TEST(Smooth, LargeStampsTogetherDoWhatTheyDoOneAfterTheOther) {
+  for (const double radius : {40.0, 72.0})
+    for (const float strength : {0.2f, 0.5f, 1.0f}) {
+      const double one = leftOfBump(radius, strength, 0), together = leftOfBump(radius, strength, 48);
+      std::printf("radius %g strength %g: %.3f of the bump is left, together %.3f\n", radius, double(strength), one,
+                  together);
+      EXPECT_LT(one, 0.9);
+      EXPECT_NEAR(together, one, 0.04) << radius << " " << strength;
+    }
+}
+
+// Four of them at most, and no more than the quality says; each that is left comes at the stroke's end.
+TEST(Smooth, WhatIsShownLagsByLessThanFourStamps) {
+  const Version base = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), 30);
+  for (const double together : {0.0, 6.5, 48.0}) {
+    auto brush = std::make_shared<Brush>(*smoothing(Method::smooth));
+    brush->quality.together = together;
+    BrushStroke stroke(base, brush);
+    const size_t most = together == 0 ? 1 : together < 12 ? 2 : 4;
+    uint64_t before = 0;
+    for (size_t i = 0; i < 12; ++i) {
+      stroke.apply(Stamp{{60, -20 + 3.0 * double(i), 0}, {60, -17 + 3.0 * double(i), 0}, 32});
+      const bool computed = stroke.touched() > before;
+      before = stroke.touched();
+      EXPECT_EQ(computed, (i + 1) % most == 0) << together << " stamp " << i;
+    }
+    stroke.apply(Stamp{{60, 20, 0}, {60, 20, 0}, 32});
+    const Version shown = stroke.publish();
+    EXPECT_EQ(stroke.finish() == shown, false) << together;
+  }
+}
+
 TEST(Smooth, MirroredStampsLeaveMirroredBitsOnEverySimdTarget) {
   // symmetric about x = -0.5 voxels
   const Version sphere = makeSphere(Store::make(), Grid{}, Vec3d(-0.25, 0.3, 0.1), 15);
   const Version base = apply(sphere, Brush::of(Method::carve), {{{-0.5, 0, 32}, {-0.5, 0, 32}, 8}});
-  for (const double radius : {8.0, 24.0}) {
+  struct Case {
+    Method method;
+    double radius;
+  };
+  // The last of them: three applications together.
+  for (const auto [method, radius] : {Case{Method::smoothKeep, 8}, Case{Method::smoothKeep, 24},
+                                      Case{Method::smooth, 24}, Case{Method::smooth, 40}}) {
     uint64_t reference = 0;
-    tests::forEachSimdTarget([&](const std::string& name) {
-      BrushStroke stroke(base, smoothing(Method::smoothKeep));
+    tests::forEachSimdTarget([&, method = method, radius = radius](const std::string& name) {
+      BrushStroke stroke(base, smoothing(method));
       for (int i = 0; i < 3; ++i) {
         const Stamp stamp{{4.25 + i, 2, 28}, {5, 3, 27}, radius};
         Stamp image = stamp;

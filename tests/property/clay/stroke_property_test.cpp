@@ -110,11 +110,11 @@ TEST(Strokes, InStepsIsTheSameStroke) {
                         {"carve", of(Method::carve), 45, 90, 9, 3},
                         {"add", of(Method::add), 45, 70, 3, 3},
                         {"wax", wax, 45, 70, 3, 6},
-                        {"smooth", of(Method::smooth), 45, 70, 3, 10},
+                        {"smooth", of(Method::smooth), 45, 70, 12, 10},
                         {"smooth and keep", of(Method::smoothKeep), 45, 70, 3, 10},
                         {"scrape", of(Method::scrape), 45, 70, 3, 10},
                         {"carve to a wall", walled, 45, 90, 9, 3},
-                        {"smooth 16 bits", of(Method::smooth), 45, 70, 3, 10, Precision::fixed16},
+                        {"smooth 16 bits", of(Method::smooth), 45, 70, 12, 10, Precision::fixed16},
                         {"tug 16 bits", of(Method::tug), 45, 70, 12, 10, Precision::fixed16}};
   for (const Case& each : cases) {
     SCOPED_TRACE(each.what);
@@ -221,7 +221,7 @@ TEST(Strokes, WhatIsSeenOfAStampIsClosed) {
 TEST(Strokes, AStampThatWasBegunIsEndedOrDropped) {
   const auto store = Store::make();
   const Version ball = makeSphere(store, Grid{}, Vec3d(0.2, 0.1, 0.3), 45);
-  const auto brush = Brush::of(Method::smooth);
+  const auto brush = Brush::of(Method::smoothKeep);
   const Stamp stamp{Vec3d(91, 0, 0), Vec3d(89, 15, 0), 70};
   BrushStroke whole(ball, brush);
   whole.apply(stamp);

@@ -245,6 +245,45 @@ TEST(Warping, ALongStrokeIsTheSameOnAnyCountOfThreads) {
   }
 }
 
+// Stamps of a large tip that are computed together look for bricks by cubes, and find all that change: the same clay as
+// where each is computed at once.
+TEST(Warping, LargeStampsTogetherLeaveTheClayThatTheyLeaveAlone) {
+  const Version base = makeSphere(Store::make(), Grid{}, Vec3d::Zero(), 45);
+  for (const Method method : kWarps) {
+    const auto leave = [&](double together) {
+      auto brush = std::make_shared<Brush>(*Brush::of(method));
+      brush->quality.together = together;
+      BrushStroke stroke(base, brush);
+      for (const Stamp& each : along({86, -20, 5}, {92, 18, -5}, 64)) stroke.apply(each);
+      return stroke.finish();
+    };
+    const Version alone = leave(0), together = leave(48);
+    Sampler one(alone), other(together);
+    double worst = 0;
+    uint64_t near = 0, moved = 0;
+    Sampler start(base);
+    for (const Version* each : {&alone, &together})
+      each->forEachBrick([&](const Brick& brick) {
+        for (int i = 0; i < kBrickVoxels; ++i) {
+          if (!(std::abs(brick.phi(i)) < 1)) continue;
+          const Coord c = brick.coord * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7};
+          const double apart = std::abs(one.voxel(c) - other.voxel(c));
+          worst = std::max(worst, apart);
+          ++near;
+          moved += std::abs(one.voxel(c) - start.voxel(c)) > 0.5f;
+        }
+      });
+    std::printf("method %d: %.4f voxel apart at most, %llu of %llu voxels moved\n", static_cast<int>(method), worst,
+                static_cast<unsigned long long>(moved), static_cast<unsigned long long>(near));
+    // A crease goes by the surface under its tip, which is that of the last bricks.
+    EXPECT_LE(worst, method == Method::crease ? 0.4 : 0.01) << static_cast<int>(method);
+    EXPECT_GT(moved, near / 100) << static_cast<int>(method);
+    Surface surface(false);
+    surface.update(together);
+    EXPECT_TRUE(checkTopology(surface.toMesh()).closed()) << static_cast<int>(method);
+  }
+}
+
 // Stamps that begin where there is no clay do nothing, and the stroke goes on.
 TEST(Warping, StampsInTheAirDoNothing) {
   const Version base = sphere(Store::make());
