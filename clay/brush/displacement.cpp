@@ -176,12 +176,10 @@ bool DisplacementField::bounds(Coord first, int edge, Vec3f& low, Vec3f& high) c
   // A cubic is off from the straight line between two nodes by an eighth of the larger second difference beside them at
   // most, and carries on what it is given by 1.25 at most.
   constexpr float kCubic = 1.25f;
-  Node off = Node::Constant(0.01f);
-  if (spacing_ > 1)
-    off +=
-        (mostBend(one.data(), {1, side, side * side}) +
-         kCubic * (mostBend(one.data(), {side, side, side}) + kCubic * mostBend(one.data(), {side * side, side, 1}))) /
-        8;
+  const Node* nodes = one.data();
+  const Node bends = mostBend(nodes, {1, side, side * side}) +
+                     kCubic * (mostBend(nodes, {side, side, side}) + kCubic * mostBend(nodes, {side * side, side, 1}));
+  const Node off = 0.01f + bends / 8;
   // x, y, z, one after the other.
   const auto xs = static_cast<size_t>(along[0].places()), ys = static_cast<size_t>(along[1].places()),
              zs = static_cast<size_t>(along[2].places());
