@@ -49,14 +49,17 @@ std::vector<Coord> byCubes(const Editor& editor, const DistanceMethod& method, s
 std::vector<Coord> reachedBricks(const Editor& editor, const DistanceMethod& method, std::span<const Stamp> images,
                                  double moved, Tile goal) {
   std::vector<Coord> all;
+  Sampler field(editor);  // as near reads are cheap by it
   // The band moves along.
   const double travel = method.travel(moved), voxels = travel + static_cast<double>(editor.grid().band);
   const int rings = travel < 0 ? 0 : std::max(1, static_cast<int>(std::ceil(voxels / kBrickEdge)));
   for (const Stamp& s : images) {
     const double reach = method.reach(s), margin = kBrickEdge * rings;
-    const auto enter = [&](Coord, double middle) { return middle - kRegionHalfDiagonal - margin < reach; };
+    const auto enter = [&](Coord region, double middle) {
+      return middle - kRegionHalfDiagonal - margin < reach && !field.isTileRegion(region);
+    };
     forBricks(s, reach + margin, enter, [&](Coord coord) {
-      if (!editor.find(coord).isTile()) all.push_back(coord);
+      if (!field.slot(coord).isTile()) all.push_back(coord);
     });
   }
   if (method.everywhere())
@@ -64,7 +67,7 @@ std::vector<Coord> reachedBricks(const Editor& editor, const DistanceMethod& met
       forBricks(
           s, method.reach(s), [](Coord, double) { return true; },
           [&](Coord coord) {
-            if (editor.find(coord) != Slot(goal)) all.push_back(coord);
+            if (field.slot(coord) != Slot(goal)) all.push_back(coord);
           });
   if (rings > kMostRings) return byCubes(editor, method, images, all, voxels);
   for (int ring = 0; ring < rings; ++ring) all = withNeighbours(all);

@@ -342,15 +342,15 @@ void Warping::holdBack(Coord brick, Displacement (&moved)[kMovedVoxels]) const {
       }
 }
 
-// Nothing where no clay was moved, and where all is air, or all is clay, as all is that came.
+// Nothing where all is air, or all is clay, as all is that came.
 bool Warping::mayChange(Sampler& before, Coord cube, int edge) const {
-  Vec3f low, high;
-  if (!field_->bounds(cube, edge, low, high)) return false;
   const Coord first = cube * kBrickEdge, end = Coord{1, 1, 1} * (kBrickEdge * edge);
   const Slot now = before.slot(cube);
+  if (!tilesOnly(before, first, first + end - Coord{1, 1, 1}, now)) return true;
+  Vec3f low, high;
+  if (!field_->bounds(cube, edge, low, high)) return false;
   Sampler start(base_);
-  return !tilesOnly(before, first, first + end - Coord{1, 1, 1}, now) ||
-         !tilesOnly(start, first + floorOf(low), first + floorOf(high) + end + Coord{1, 1, 1}, now);
+  return !tilesOnly(start, first + floorOf(low), first + floorOf(high) + end + Coord{1, 1, 1}, now);
 }
 
 bool Warping::brick(Sampler& before, std::span<const Stamp>, Coord coord, float (&phi)[kBrickVoxels]) const {

@@ -58,6 +58,11 @@ Slot Sampler::slot(Coord brick) noexcept {
   return slotOf(isTile(region_) ? region_ : reinterpret_cast<const Node*>(region_)->child[childIndex(brick, 1)]);
 }
 
+bool Sampler::isTileRegion(Coord brick) noexcept {
+  const Slot one = slot(brick);
+  return one.isTile() && (!inReach(brick) || isTile(region_));
+}
+
 void Sampler::corner(Coord brick, Slot (&out)[2][2][2]) noexcept {
   out[0][0][0] = slot(brick);
   if ((brick.x & 7) < 7 && (brick.y & 7) < 7 && (brick.z & 7) < 7 && inReach(brick)) {

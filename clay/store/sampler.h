@@ -28,6 +28,9 @@ class Sampler {
   /// Brick or tile at a brick coordinate, through the cache.
   [[nodiscard]] Slot slot(Coord brick) noexcept;
 
+  /// Whether all of the region (8×8×8 bricks) around a brick coordinate is one tile.
+  [[nodiscard]] bool isTileRegion(Coord brick) noexcept;
+
   /// What stands at a brick coordinate and one step higher along each axis, as [x][y][z].
   void corner(Coord brick, Slot (&out)[2][2][2]) noexcept;
 
