@@ -11,6 +11,7 @@
 
 #include "clay/brush/brush_method.h"
 #include "clay/field/unbent_plane.h"
+#include "clay/kernels/smoothing_kernels.h"
 #include "clay/store/brick_margins.h"
 
 namespace argil::clay {
@@ -24,6 +25,9 @@ constexpr double kGrain = 1.0 / (1 << 30);
 // From this radius on, voxels, applications are computed together: a brick lies under twenty of them. All three means
 // serve from there on.
 constexpr double kLargeTip = 32;
+// Of means of means, 1, 2 and 4 voxels apart: of 3, 7 and 15 voxels, their variance along an axis half the sum of
+// squares.
+constexpr double kVariance[3] = {0.5, 2.5, 10.5};
 // What the mean eight voxels apart adds to the variance along an axis.
 constexpr float kFarVariance = 0.5f * kBrickEdge * kBrickEdge;
 // Voxels beside an edge that the surface may come to in one application.
@@ -91,7 +95,7 @@ class Smoothing : public DistanceMethod {
   [[nodiscard]] const UnbentPlane& unbent(int spacing) const {
     return *unbent_[static_cast<size_t>(std::countr_zero(static_cast<unsigned>(spacing)))];
   }
-  // The mean of brick i, `spacing` voxels apart, of the means so far; `broad` is room.
+  // The mean of brick i, up to `spacing` voxels apart: of four by those up to two, which are there; `broad` is room.
   void meanOf(size_t i, int spacing, Sampler& before, float (&broad)[kBroadSize], float (&mean)[kBrickVoxels]) const;
   // Towards its mean: what becomes of brick i, and its weights.
   void blend(size_t i, std::span<const Stamp> images, Sampler& before, float (&mean)[kBrickVoxels],
@@ -124,6 +128,11 @@ class Smoothing : public DistanceMethod {
 
 void Smoothing::meanOf(size_t i, int spacing, Sampler& before, float (&broad)[kBroadSize],
                        float (&mean)[kBrickVoxels]) const {
+  if (spacing == 2) {
+    gatherBroad(before, bricks_[i], 3, broad);
+    broadMeanOfMeans(broad, mean);
+    return;
+  }
   gatherBroad(before, bricks_[i], spacing, broad, spacing > 1 ? meansAround(i).data() : nullptr);
   broadMean(broad, spacing, mean);
 }
@@ -171,11 +180,8 @@ void Smoothing::blendTogether(size_t i, Sampler& before, float (&phi)[kBrickVoxe
     around[k] = at >= 0 ? means_[static_cast<size_t>(at)].of
                         : before.slot(bricks_[i] + kAroundSteps[k]).values(scratch[k], band_);
   }
-  // Ends first, so that a mirror image has mirrored bits.
-  const auto value = [&](size_t k) { return Eigen::Map<const Row>(around[k]); };
-  const auto line = [&](size_t k) { return Row(0.25f * (value(k) + value(k + 2)) + 0.5f * value(k + 1)); };
-  const auto plane = [&](size_t k) { return Row(0.25f * (line(k) + line(k + 6)) + 0.5f * line(k + 3)); };
-  Row far = 0.25f * (plane(0) + plane(18)) + 0.5f * plane(9), mean = value(kBricksAround / 2);
+  Row far, mean = Eigen::Map<const Row>(means_[i].of);
+  farMean(around, far.data());
   unbent(2 * spacing_).distances(far.data());
   unbent(spacing_).distances(mean.data());
   const BrickValues& values = before.slot(bricks_[i]).values(scratch[0], band_);
@@ -198,27 +204,25 @@ Steps Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span
   // band's edge.
   std::copy_if(bricks.begin(), bricks.end(), std::back_inserter(bricks_),
                [&](Coord coord) { return !before.slot(coord).isTile(); });
-  // Means of means, 1, 2 and 4 voxels apart: of 3, 7 and 15 voxels, their variance along an axis half the sum of
-  // squares.
   const double wanted = wantedVariance(radius);
   around_ = besideEach(bricks_, kAroundSteps);
   means_.resize(bricks_.size());
   weights_.resize(bricks_.size());
-  variance_ = 0;
-  for (spacing_ = 1;; spacing_ *= 2) {
-    variance_ += 0.5 * spacing_ * spacing_;
-    const bool last = spacing_ == 4 || variance_ >= wanted;
-    if (last && !store) break;
+  spacing_ = wanted <= kVariance[0] ? 1 : wanted <= kVariance[1] ? 2 : 4;
+  variance_ = kVariance[spacing_ / 2];
+  std::vector<int> stored;
+  if (spacing_ == 4) stored.push_back(2);
+  if (store) stored.push_back(spacing_);
+  for (const int spacing : stored) {
     for (size_t from = 0; from < bricks_.size(); from += kBricksAStep) {
       forBrickRanges(std::min(kBricksAStep, bricks_.size() - from), threads_, [&](size_t begin, size_t end) {
         Sampler mine = before;
         float broad[kBroadSize] = {};
-        for (size_t i = from + begin; i < from + end; ++i) meanOf(i, spacing_, mine, broad, weights_[i].of);
+        for (size_t i = from + begin; i < from + end; ++i) meanOf(i, spacing, mine, broad, weights_[i].of);
       });
       co_yield Steps::kPause;
     }
     std::swap(means_, weights_);
-    if (last) break;
   }
   share_ = shareOf(wanted);
   prepareUnbent(spacing_);

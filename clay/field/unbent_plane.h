@@ -1,7 +1,7 @@
 #pragma once
 // From means of a field back to distances.
 
-#include "clay/kernels/shaping_kernels.h"
+#include "clay/kernels/smoothing_kernels.h"
 
 namespace argil::clay {
 

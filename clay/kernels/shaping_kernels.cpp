@@ -395,81 +395,6 @@ void StartWide(const float* broad, const float* near, const uint64_t* frozen, fl
   });
 }
 
-void Broad(const float* broad, int spacing, float* mean) {
-  const RowTag d;
-  const Row share = hn::Set(d, 1.0f / 64);
-  alignas(64) float alongZ[16 * 16 * 8], alongY[16 * 8 * 8];
-  const int lanes = static_cast<int>(hn::Lanes(d));
-  const auto sum = [&](const float* at, int step) {
-    const Row centre = hn::LoadU(d, at);
-    return hn::Add(hn::Add(hn::LoadU(d, at - step), hn::LoadU(d, at + step)), hn::Add(centre, centre));
-  };
-  for (int x = 4 - spacing; x < 12 + spacing; ++x)
-    for (int y = 4 - spacing; y < 12 + spacing; ++y)
-      for (int z = 0; z < 8; z += lanes)
-        hn::StoreU(sum(broad + broadOffset(x, y, 4 + z), spacing), d, alongZ + (x * 16 + y) * 8 + z);
-  for (int x = 4 - spacing; x < 12 + spacing; ++x)
-    for (int y = 0; y < 8; ++y)
-      for (int z = 0; z < 8; z += lanes)
-        hn::StoreU(sum(alongZ + (x * 16 + y + 4) * 8 + z, spacing * 8), d, alongY + (x * 8 + y) * 8 + z);
-  for (int x = 0; x < 8; ++x)
-    for (int i = 0; i < 64; i += lanes)
-      hn::StoreU(hn::Mul(sum(alongY + (x + 4) * 64 + i, spacing * 64), share), d, mean + x * 64 + i);
-}
-
-float BroadPasses(const float* broad, int passes, float shift, float band, float* mean) {
-  const RowTag d;
-  // Rows of Pascal's triangle from the middle outwards: their sums are powers of 4, so that products are exact.
-  constexpr float kWeights[5][5] = {{1}, {2, 1}, {6, 4, 1}, {20, 15, 6, 1}, {70, 56, 28, 8, 1}};
-  const Row share = hn::Set(d, 1.0f / static_cast<float>(1 << (6 * passes)));
-  alignas(64) float alongZ[16 * 16 * 8], alongY[16 * 8 * 8];
-  const Row off = hn::Set(d, shift), most = hn::Set(d, band);
-  Row least = most;
-  const int lanes = static_cast<int>(hn::Lanes(d));
-  const auto sum = [&](const float* at, int step) {
-    const float* weights = kWeights[passes];
-    Row all = hn::Mul(hn::LoadU(d, at), hn::Set(d, weights[0]));
-    for (int k = 1; k <= passes; ++k) {
-      const Row both = hn::Add(hn::LoadU(d, at - k * step), hn::LoadU(d, at + k * step));
-      all = hn::Add(all, hn::Mul(both, hn::Set(d, weights[k])));
-    }
-    return all;
-  };
-  for (int x = 4 - passes; x < 12 + passes; ++x)
-    for (int y = 4 - passes; y < 12 + passes; ++y)
-      for (int z = 0; z < 8; z += lanes)
-        hn::StoreU(sum(broad + broadOffset(x, y, 4 + z), 1), d, alongZ + (x * 16 + y) * 8 + z);
-  for (int x = 4 - passes; x < 12 + passes; ++x)
-    for (int y = 0; y < 8; ++y)
-      for (int z = 0; z < 8; z += lanes)
-        hn::StoreU(sum(alongZ + (x * 16 + y + 4) * 8 + z, 8), d, alongY + (x * 8 + y) * 8 + z);
-  for (int x = 0; x < 8; ++x)
-    for (int i = 0; i < 64; i += lanes) {
-      const Row value = hn::Sub(hn::Mul(sum(alongY + (x + 4) * 64 + i, 64), share), off);
-      const Row phi = hn::Min(hn::Max(value, hn::Neg(most)), most);
-      least = hn::Min(least, hn::Abs(phi));
-      hn::StoreU(phi, d, mean + x * 64 + i);
-    }
-  return hn::GetLane(hn::MinOfLanes(d, least));
-}
-
-void Bend(const float (&table)[kBendSteps + 2], float scale, float* values) {
-  const RowTag d;
-  const hn::RebindToSigned<RowTag> whole;
-  const Row by = hn::Set(d, scale), most = hn::Set(d, kBendSteps);
-  forRows([&](int voxel) {
-    const Row value = hn::LoadU(d, values + voxel), size = hn::Min(hn::Mul(hn::Abs(value), by), most);
-    const auto at = hn::ConvertTo(whole, size);
-    HWY_ALIGN int32_t places[kBrickEdge];
-    hn::Store(at, whole, places);
-    Row low, high;
-    loadPairs(
-        d, [&](int lane) { return table + places[lane]; }, low, high);
-    const Row part = hn::Sub(size, hn::ConvertTo(d, at));
-    hn::StoreU(hn::CopySign(hn::Add(low, hn::Mul(hn::Sub(high, low), part)), value), d, values + voxel);
-  });
-}
-
 bool Steep(const float* padded, float most) {
   const RowTag d;
   Row largest = hn::Zero(d);
@@ -526,9 +451,6 @@ HWY_EXPORT(RaiseAtFeet);
 HWY_EXPORT(Heights);
 HWY_EXPORT(Raised);
 HWY_EXPORT(StartWide);
-HWY_EXPORT(Broad);
-HWY_EXPORT(BroadPasses);
-HWY_EXPORT(Bend);
 HWY_EXPORT(Steep);
 HWY_EXPORT(SlopeOne);
 
@@ -563,15 +485,6 @@ void raisedDistances(const float* u, const float* padded, float side, float* phi
 }
 void startWide(const float* broad, const float* near, const uint64_t* frozen, float band, float* wide) noexcept {
   HWY_DYNAMIC_DISPATCH(StartWide)(broad, near, frozen, band, wide);
-}
-void broadMean(const float* broad, int spacing, float* mean) noexcept {
-  HWY_DYNAMIC_DISPATCH(Broad)(broad, spacing, mean);
-}
-float broadMeans(const float* broad, int passes, float shift, float band, float* mean) noexcept {
-  return HWY_DYNAMIC_DISPATCH(BroadPasses)(broad, passes, shift, band, mean);
-}
-void bendValues(const float (&table)[kBendSteps + 2], float scale, float* values) noexcept {
-  HWY_DYNAMIC_DISPATCH(Bend)(table, scale, values);
 }
 bool isSteep(const float* padded, float most) noexcept {
   return HWY_DYNAMIC_DISPATCH(Steep)(padded, most);

@@ -1,5 +1,5 @@
 #pragma once
-// Arithmetic of raising, levelling and smoothing on one brick; compiled once per SIMD target.
+// Arithmetic of raising and levelling on one brick, and of renewing distances; compiled once per SIMD target.
 
 #include <cstdint>
 #include <span>
@@ -95,18 +95,6 @@ void levelRises(const float* broad, float band, const float* weight, const Level
 /// is not known is ±kUnknownDistance.
 void startWide(const float* broad, const float* near, const uint64_t* frozen, float band, float* wide) noexcept;
 
-/// Means of 3×3×3 voxels `spacing` (1 to 4) apart, with binomial weights. `broad` needs that many voxels around the
-/// brick.
-void broadMean(const float* broad, int spacing, float* mean) noexcept;
-
-/// What `passes` (0 to 4) of such means one voxel apart come to, rounded once, less `shift`, and ±`band` at most;
-/// returns the smallest size of all. `broad` needs that many voxels around the brick.
-float broadMeans(const float* broad, int passes, float shift, float band, float* mean) noexcept;
-
-/// Values of a brick by a table of what stands for sizes 0, 1/`scale`, 2/`scale` and so on (kBendSteps and one more,
-/// the last twice), straight between two; signs stay. Sizes beyond the table have its last value.
-inline constexpr int kBendSteps = 256;
-void bendValues(const float (&table)[kBendSteps + 2], float scale, float* values) noexcept;
 /// Whether two voxels that share a face, one of them in the brick, differ by more than `most`; by paddedOffset.
 [[nodiscard]] bool isSteep(const float* padded, float most) noexcept;
 /// Whether the slopes between voxels of a brick, where it is nearer to the surface than `within`, are 1 to `tolerance`.

@@ -17,7 +17,7 @@
 #include "clay/field/unbent_plane.h"
 #include "clay/field/work_rooms.h"
 #include "clay/kernels/brush_kernels.h"
-#include "clay/kernels/shaping_kernels.h"
+#include "clay/kernels/smoothing_kernels.h"
 #include "clay/store/brick_margins.h"
 #include "clay/store/brick_set.h"
 #include "clay/store/channel_source.h"

@@ -8,7 +8,7 @@
 
 #include "clay/field/primitives.h"
 #include "clay/kernels/brush_kernels.h"
-#include "clay/kernels/shaping_kernels.h"
+#include "clay/kernels/smoothing_kernels.h"
 #include "clay/store/editor.h"
 #include "clay/store/store.h"
 #include "clay/surface/surface.h"

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "clay/field/primitives.h"
+#include "clay/kernels/smoothing_kernels.h"
 #include "clay/kernels/warp_kernels.h"
 #include "clay/store/store.h"
 #include "tests/support/simd_targets.h"
