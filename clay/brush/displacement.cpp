@@ -145,25 +145,22 @@ bool DisplacementField::bounds(Coord first, int edge, Vec3f& low, Vec3f& high) c
     const auto node = [&](int at) { return (at - 0.5 * (spacing_ - 1)) / spacing_; };
     const double begin = node(voxel - 1), end = node(voxel + kBrickEdge * edge);
     Along& one = along[axis];
-    one.from = static_cast<int>(std::floor(begin)) - 1;
+    // Cubics reach a node beyond those that they lie between; with a node at each voxel there are none.
+    const int beyond = spacing_ > 1 ? 1 : 0;
+    one.from = static_cast<int>(std::floor(begin)) - beyond;
     one.low = begin - one.from;
     one.high = end - one.from;
-    n = std::max(n, static_cast<int>(std::floor(end)) + 3 - one.from);
+    n = std::max(n, static_cast<int>(std::floor(end)) + 1 + 2 * beyond - one.from);
   }
   const auto side = static_cast<size_t>(n), count = side * side * side;
   thread_local std::vector<Displacement> window;
-  thread_local std::vector<Node> one, other;
-  if (window.size() < count) {
-    window.resize(count);
-    one.resize(count);
-    other.resize(count);
-  }
+  if (window.size() < count) window.resize(count);
   if (!gather({along[0].from, along[1].from, along[2].from}, n, window.data())) return false;
-  Node least = Node::Zero(), most = least;
-  for (size_t i = 0; i < count; ++i) {
-    const Node node = one[i] = Eigen::Map<const Node>(&window[i].x);
-    least = least.min(node);
-    most = most.max(node);
+  const auto node = [&](size_t i) { return Eigen::Map<const Node, Eigen::Aligned16>(&window[i].x); };
+  Node least = node(0), most = least;
+  for (size_t i = 1; i < count; ++i) {
+    least = least.min(node(i));
+    most = most.max(node(i));
   }
   if ((least == 0).all() && (most == 0).all()) return false;
   if (spacing_ < kTightFrom) {
@@ -173,6 +170,12 @@ bool DisplacementField::bounds(Coord first, int edge, Vec3f& low, Vec3f& high) c
     high = (most + over).head<3>().matrix();
     return true;
   }
+  thread_local std::vector<Node> one, other;
+  if (one.size() < count) {
+    one.resize(count);
+    other.resize(count);
+  }
+  for (size_t i = 0; i < count; ++i) one[i] = node(i);
   // A cubic is off from the straight line between two nodes by an eighth of the larger second difference beside them at
   // most, and carries on what it is given by 1.25 at most.
   constexpr float kCubic = 1.25f;
