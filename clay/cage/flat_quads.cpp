@@ -8,6 +8,7 @@
 #include "clay/base/error.h"
 #include "clay/cage/coarsen_quads.h"
 #include "clay/cage/fit_quads.h"
+#include "clay/cage/unfold_quads.h"
 #include "clay/store/store.h"
 #include "clay/whole/cut.h"
 
@@ -176,6 +177,7 @@ std::optional<FlatQuads> mirroredCage(const Version& version, size_t most, std::
 FlatQuads flatQuads(const Version& version, size_t most, bool mirrored, int threads, const WorkPart& part) {
   FlatQuads out = drawn(version, most, mirrored, {}, threads, part.part(0, kShareOfFit));
   fitQuads(out.mesh, out.maker->surface(), out.maker->tree(), out.maker->creases(), threads, part.part(kShareOfFit, 1));
+  unfoldQuads(out.mesh, out.maker->surface(), out.maker->tree(), out.maker->creases());
   if (out.mirror) makeMirrored(out.mesh, out.image, *out.mirror);
   return out;
 }

@@ -1,0 +1,239 @@
+#include "clay/cage/unfold_quads.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "clay/base/joined_sets.h"
+
+namespace argil::clay {
+
+namespace {
+
+constexpr double kGood = 0.35, kRoom = 0.6;  // scaled Jacobians: of what is good, and what is wanted beside what is not
+constexpr double kBetter = 0.01;             // of what is lacking: a vertex moves for as much
+constexpr double kOfCrumb = 0.8;  // of a crumb's size: a box whose faces lie as far outside as its corners' clay inside
+constexpr int kRounds = 30;
+constexpr int kWays = 12;                              // directions that are tried
+constexpr std::array kSteps = {0.6, 0.25, 0.1, 0.04};  // of the mean edge
+
+class Unfolding {
+ public:
+  Unfolding(QuadMesh& mesh, const TriangleMesh& surface, const NearestTriangle& tree, const CreaseMap& creases)
+      : mesh_(mesh),
+        surface_(surface),
+        tree_(tree),
+        creases_(creases),
+        around_(mesh.positions.size()),
+        facing_(mesh.quads.size()),
+        corner_(mesh.positions.size()),
+        onCrease_(mesh.positions.size()) {
+    for (uint32_t f = 0; f < mesh.quads.size(); ++f)
+      for (const uint32_t v : mesh.quads[f]) around_[v].push_back(f);
+    for (const uint32_t v : mesh.corners) corner_[v] = true;
+    for (size_t f = 0; f < mesh.creases.size(); ++f)
+      for (size_t s = 0; s < 4; ++s)
+        if (mesh.creases[f] >> s & 1) onCrease_[mesh.quads[f][s]] = onCrease_[mesh.quads[f][(s + 1) & 3]] = true;
+  }
+
+  void run() {
+    for (uint32_t f = 0; f < mesh_.quads.size(); ++f) facing_[f] = facing(f);
+    for (uint32_t v = 0; v < around_.size(); ++v) boxCrumb(v);
+    for (last_ = false;; last_ = true) {
+      rounds();
+      if (last_) return;
+    }
+  }
+
+ private:
+  void rounds() {
+    for (int round = 0; round < kRounds; ++round) {
+      std::vector<bool> bad(mesh_.positions.size());
+      bool any = false;
+      for (uint32_t f = 0; f < mesh_.quads.size(); ++f) {
+        if (worth(f) < kGood) facing_[f] = facing(f);
+        if (worth(f) >= kGood) continue;
+        any = true;
+        for (const uint32_t v : mesh_.quads[f])
+          for (const uint32_t beside : around_[v])
+            for (const uint32_t each : mesh_.quads[beside]) bad[each] = true;
+      }
+      if (!any) return;
+      bool moved = false;
+      for (uint32_t v = 0; v < bad.size(); ++v)
+        if (bad[v] && !corner_[v]) moved = move(v) || moved;
+      if (!moved) return;
+    }
+  }
+
+  // A body of six quads of which one is bad becomes a box around what is there: of a crumb all vertices may have come
+  // to one place. `first`: one of its vertices.
+  void boxCrumb(uint32_t first) {
+    if (around_[first].size() != 3) return;
+    std::array<std::pair<uint32_t, int>, 8> place;  // vertices, and on which side of it each lies along three axes
+    size_t known = 0;
+    const auto sidesOf = [&](uint32_t v) {
+      const auto end = place.begin() + static_cast<ptrdiff_t>(known);
+      const auto it = std::find_if(place.begin(), end, [&](const auto& each) { return each.first == v; });
+      return it == end ? -1 : it->second;
+    };
+    const auto add = [&](uint32_t v, int sides) {
+      if (sidesOf(v) < 0 && known < place.size()) place[known++] = {v, sides};
+    };
+    add(first, 0);
+    for (const uint32_t f : around_[first]) {
+      const auto& q = mesh_.quads[f];
+      const auto s = static_cast<size_t>(std::find(q.begin(), q.end(), first) - q.begin());
+      for (const size_t end : {(s + 1) & 3, (s + 3) & 3})
+        if (sidesOf(q[end]) < 0 && known < 4) add(q[end], 1 << (known - 1));
+    }
+    if (known != 4) return;
+    std::vector<uint32_t> quads = around_[first];
+    for (const uint32_t f : around_[first]) {
+      const auto& q = mesh_.quads[f];
+      const auto s = static_cast<size_t>(std::find(q.begin(), q.end(), first) - q.begin());
+      add(q[(s + 2) & 3], sidesOf(q[(s + 1) & 3]) | sidesOf(q[(s + 3) & 3]));
+      quads.insert(quads.end(), around_[q[(s + 2) & 3]].begin(), around_[q[(s + 2) & 3]].end());
+    }
+    std::sort(quads.begin(), quads.end());
+    quads.erase(std::unique(quads.begin(), quads.end()), quads.end());
+    if (known != 7 || quads.size() != 6) return;
+    for (const uint32_t f : quads)
+      for (const uint32_t v : mesh_.quads[f]) add(v, 7);
+    const bool closed = std::all_of(quads.begin(), quads.end(), [&](uint32_t f) {
+      return std::ranges::all_of(mesh_.quads[f], [&](uint32_t v) { return sidesOf(v) >= 0 && around_[v].size() == 3; });
+    });
+    const bool bad = std::any_of(quads.begin(), quads.end(), [&](uint32_t f) { return worth(f) < kGood; });
+    if (known != 8 || !closed || !bad) return;
+
+    // The axes of the clay's own body, and how far it reaches along them.
+    if (bodies_.empty()) {
+      JoinedSets sets(surface_.positions.size());
+      for (const auto& t : surface_.triangles) sets.join(t[0], t[1]), sets.join(t[0], t[2]);
+      for (uint32_t v = 0; v < surface_.positions.size(); ++v) bodies_.push_back(sets.find(v));
+    }
+    const uint32_t body = bodies_[tree_.corners(tree_.nearest(mesh_.positions[first], hint_).triangle)[0]];
+    Vec3d mean = Vec3d::Zero();
+    std::vector<Vec3d> points;
+    for (uint32_t v = 0; v < bodies_.size(); ++v)
+      if (bodies_[v] == body) points.push_back(surface_.positions[v]), mean += points.back();
+    mean /= double(points.size());
+    Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+    for (const Vec3d& p : points) spread += (p - mean) * (p - mean).transpose();
+    const Eigen::Matrix3d axes = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors();
+    Vec3d low = Vec3d::Constant(INFINITY), high = -low;
+    for (const Vec3d& p : points) {
+      const Vec3d at = axes.transpose() * (p - mean);
+      low = low.cwiseMin(at), high = high.cwiseMax(at);
+    }
+    const Vec3d middle = 0.5 * (low + high),
+                half = (kOfCrumb * 0.5 * (high - low)).cwiseMax(0.01 * (high - low).maxCoeff());
+    const auto put = [&](double side) {
+      for (const auto& [v, sides] : place) {
+        const Vec3d way(sides & 1 ? side : -side, sides & 2 ? 1 : -1, sides & 4 ? 1 : -1);
+        mesh_.positions[v] = mean + axes * (middle + way.cwiseProduct(half));
+      }
+    };
+    put(1);
+    double volume = 0;
+    for (const uint32_t f : quads) {
+      const auto& q = mesh_.quads[f];
+      const auto at = [&](size_t s) -> Vec3d { return mesh_.positions[q[s]] - mean; };
+      volume += at(0).dot(at(1).cross(at(2))) + at(0).dot(at(2).cross(at(3)));
+    }
+    if (volume < 0) put(-1);
+    for (const uint32_t f : quads) facing_[f] = facing(f);
+  }
+
+  // Of the surface at a quad's middle.
+  Vec3d facing(uint32_t f) {
+    const auto& q = mesh_.quads[f];
+    const auto& p = mesh_.positions;
+    return normalAt(0.25 * (p[q[0]] + p[q[1]] + p[q[2]] + p[q[3]]), hint_).second;
+  }
+  // The nearest place of the surface, and its normal.
+  std::pair<Vec3d, Vec3d> normalAt(const Vec3d& p, uint32_t& hint) const {
+    hint = tree_.nearest(p, hint).triangle;
+    const auto& t = tree_.corners(hint);
+    const Vec3d &a = surface_.positions[t[0]], &b = surface_.positions[t[1]], &c = surface_.positions[t[2]];
+    return {nearestOnTriangle(p, a, b, c), (b - a).cross(c - a).normalized()};
+  }
+
+  // Its scaled Jacobian, and one less where it looks against the surface.
+  double worth(uint32_t f) const {
+    const auto& q = mesh_.quads[f];
+    const auto& p = mesh_.positions;
+    const Vec3d own = (p[q[2]] - p[q[0]]).cross(p[q[3]] - p[q[1]]);
+    return scaledJacobian(mesh_, q) - (own.dot(facing_[f]) > 0 ? 0 : 1);
+  }
+  // What its quads lack altogether, by squares, where they make room for each other; at last what the worst lacks.
+  double lackAt(uint32_t v) const {
+    double sum = 0, most = 0;
+    for (const uint32_t f : around_[v]) {
+      const double lack = std::max(0.0, (last_ ? kGood : kRoom) - worth(f));
+      sum += lack * lack;
+      most = std::max(most, lack);
+    }
+    return last_ ? most : sum;
+  }
+
+  bool move(uint32_t v) {
+    const double before = lackAt(v);
+    if (before == 0) return false;
+    const Vec3d was = mesh_.positions[v];
+    double length = 0;
+    for (const uint32_t f : around_[v]) {
+      const auto& q = mesh_.quads[f];
+      const auto s = static_cast<size_t>(std::find(q.begin(), q.end(), v) - q.begin());
+      length += (mesh_.positions[q[(s + 1) & 3]] - was).norm() / double(around_[v].size());
+    }
+    // As far off the surface as it was: quads lie around it.
+    const auto [foot, normal] = normalAt(was, hint_);
+    const double height = (was - foot).dot(normal);
+    const Vec3d across = normal.unitOrthogonal(), over = normal.cross(across);
+    double best = before;
+    Vec3d to = was;
+    const auto attempt = [&](const Vec3d& place) {
+      mesh_.positions[v] = place;
+      if (const double now = lackAt(v); now < best - kBetter * before) best = now, to = place;
+    };
+    for (const double step : kSteps) {
+      if (onCrease_[v]) {
+        const Vec3d along = creases_.nearest(was, creaseHint_).along;
+        for (const double way : {-1.0, 1.0})
+          attempt(creases_.nearest(was + way * step * length * along, creaseHint_).mm);
+        continue;
+      }
+      for (int k = 0; k < kWays; ++k) {
+        const double angle = 2 * M_PI * k / kWays;
+        const auto [on, out] =
+            normalAt(was + step * length * (std::cos(angle) * across + std::sin(angle) * over), hint_);
+        attempt(on + height * out);
+      }
+    }
+    mesh_.positions[v] = to;
+    return best < before;
+  }
+
+  QuadMesh& mesh_;
+  const TriangleMesh& surface_;
+  const NearestTriangle& tree_;
+  const CreaseMap& creases_;
+  std::vector<std::vector<uint32_t>> around_;
+  std::vector<Vec3d> facing_;
+  std::vector<uint32_t> bodies_;  // of the surface's vertices, once a crumb asks
+  std::vector<bool> corner_, onCrease_;
+  bool last_ = false;
+  uint32_t hint_ = UINT32_MAX, creaseHint_ = UINT32_MAX;
+};
+
+}  // namespace
+
+void unfoldQuads(QuadMesh& mesh, const TriangleMesh& surface, const NearestTriangle& tree, const CreaseMap& creases) {
+  Unfolding(mesh, surface, tree, creases).run();
+}
+
+}  // namespace argil::clay
