@@ -17,6 +17,8 @@ constexpr double kGood = 0.35, kRoom = 0.6;  // scaled Jacobians: of what is goo
 constexpr double kBetter = 0.01;             // of what is lacking: a vertex moves for as much
 constexpr double kOfCrumb = 0.8;  // of a crumb's size: a box whose faces lie as far outside as its corners' clay inside
 constexpr int kRounds = 30;
+// Of an edge: so far middles may lie off the surface, or as far as they did; and at last.
+constexpr double kOff = 0.15, kMostOff = 0.4;
 constexpr int kWays = 12;                              // directions that are tried
 constexpr std::array kSteps = {0.6, 0.25, 0.1, 0.04};  // of the mean edge
 
@@ -42,9 +44,12 @@ class Unfolding {
   void run() {
     for (uint32_t f = 0; f < mesh_.quads.size(); ++f) facing_[f] = facing(f);
     for (uint32_t v = 0; v < around_.size(); ++v) boxCrumb(v);
-    for (last_ = false;; last_ = true) {
+    for (uint32_t f = 0; f < mesh_.quads.size(); ++f) hopeless_.push_back(isHopeless(f));
+    // As near to the surface as they are, and where that does not do, farther.
+    for (const auto& [last, off] : {std::pair(false, kOff), {true, kOff}, {false, kMostOff}, {true, kMostOff}}) {
+      last_ = last;
+      off_ = off;
       rounds();
-      if (last_) return;
     }
   }
 
@@ -55,7 +60,7 @@ class Unfolding {
       bool any = false;
       for (uint32_t f = 0; f < mesh_.quads.size(); ++f) {
         if (worth(f) < kGood) facing_[f] = facing(f);
-        if (worth(f) >= kGood) continue;
+        if (hopeless_[f] || worth(f) >= kGood) continue;
         any = true;
         for (const uint32_t v : mesh_.quads[f])
           for (const uint32_t beside : around_[v])
@@ -169,15 +174,47 @@ class Unfolding {
     const Vec3d own = (p[q[2]] - p[q[0]]).cross(p[q[3]] - p[q[1]]);
     return scaledJacobian(mesh_, q) - (own.dot(facing_[f]) > 0 ? 0 : 1);
   }
+  // A quad with two sides on one crease has a corner of half a turn, wherever its vertices go.
+  bool isHopeless(uint32_t f) const {
+    if (mesh_.creases.empty()) return false;
+    const auto& q = mesh_.quads[f];
+    for (size_t s = 0; s < 4; ++s) {
+      if (!(mesh_.creases[f] >> s & 1) || !(mesh_.creases[f] >> ((s + 3) & 3) & 1)) continue;
+      const Vec3d& p = mesh_.positions[q[s]];
+      const Vec3d a = (mesh_.positions[q[(s + 1) & 3]] - p).normalized(),
+                  b = (mesh_.positions[q[(s + 3) & 3]] - p).normalized();
+      if (a.cross(b).norm() < kGood) return true;
+    }
+    return false;
+  }
+
   // What its quads lack altogether, by squares, where they make room for each other; at last what the worst lacks.
   double lackAt(uint32_t v) const {
     double sum = 0, most = 0;
     for (const uint32_t f : around_[v]) {
+      if (hopeless_[f]) continue;
       const double lack = std::max(0.0, (last_ ? kGood : kRoom) - worth(f));
       sum += lack * lack;
       most = std::max(most, lack);
     }
     return last_ ? most : sum;
+  }
+
+  // How far the middles of the quads around a vertex and of its edges lie off the surface at most.
+  double offAt(uint32_t v) {
+    double most = 0;
+    const auto& p = mesh_.positions;
+    for (const uint32_t f : around_[v]) {
+      const auto& q = mesh_.quads[f];
+      const auto s = static_cast<size_t>(std::find(q.begin(), q.end(), v) - q.begin());
+      for (const Vec3d& place :
+           {Vec3d(0.5 * (p[v] + p[q[(s + 1) & 3]])), Vec3d(0.25 * ((p[q[0]] + p[q[1]]) + (p[q[2]] + p[q[3]])))}) {
+        const NearestTriangle::Hit hit = tree_.nearest(place, hint_);
+        hint_ = hit.triangle;
+        most = std::max(most, std::sqrt(hit.squared));
+      }
+    }
+    return most;
   }
 
   bool move(uint32_t v) {
@@ -196,9 +233,10 @@ class Unfolding {
     const Vec3d across = normal.unitOrthogonal(), over = normal.cross(across);
     double best = before;
     Vec3d to = was;
+    const double allowed = std::max(offAt(v), off_ * length);
     const auto attempt = [&](const Vec3d& place) {
       mesh_.positions[v] = place;
-      if (const double now = lackAt(v); now < best - kBetter * before) best = now, to = place;
+      if (const double now = lackAt(v); now < best - kBetter * before && offAt(v) <= allowed) best = now, to = place;
     };
     for (const double step : kSteps) {
       if (onCrease_[v]) {
@@ -225,8 +263,9 @@ class Unfolding {
   std::vector<std::vector<uint32_t>> around_;
   std::vector<Vec3d> facing_;
   std::vector<uint32_t> bodies_;  // of the surface's vertices, once a crumb asks
-  std::vector<bool> corner_, onCrease_;
+  std::vector<bool> corner_, onCrease_, hopeless_;
   bool last_ = false;
+  double off_ = 0;
   uint32_t hint_ = UINT32_MAX, creaseHint_ = UINT32_MAX;
 };
 

@@ -7,9 +7,9 @@
 
 namespace argil::clay {
 
-/// Vertices around quads whose scaled Jacobian is below a third, or that face inwards, move along the surface (and
-/// those of creases along these) to where the worst quad around them is best; corners stay. What is good stays as it
-/// is. No quad becomes worse than the worst of those around a vertex that moves. One thread; about 0.1 ms a bad quad.
+/// Quads whose scaled Jacobian is below 0.35, or that face inwards: their vertices and those of the quads beside them
+/// move along the surface (those of creases along these; corners stay) to where quads are better. Bad bodies of six
+/// quads become boxes around their clay. Where nothing is bad nothing moves. One thread; cost follows the bad quads.
 void unfoldQuads(QuadMesh& mesh, const TriangleMesh& surface, const NearestTriangle& tree, const CreaseMap& creases);
 
 }  // namespace argil::clay
