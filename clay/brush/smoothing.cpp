@@ -50,6 +50,13 @@ UnbentPlane unbentPlane(int spacing, float band) {
   return {mean, band};
 }
 
+// Variance along an axis that is asked of an application.
+double wantedVariance(double radius) {
+  return 0.5 * std::max(1.0, (radius / kFineRadius) * (radius / kFineRadius));
+}
+
+using Row = Eigen::Array<float, kBrickVoxels, 1>;
+
 class Smoothing : public DistanceMethod {
  public:
   explicit Smoothing(const StrokeContext& context)
@@ -149,17 +156,6 @@ void Smoothing::blend(size_t i, std::span<const Stamp> images, Sampler& before, 
     mean[v] = phi + weight[v] * share_ * (mean[v] - phi);
   }
 }
-
-namespace {
-
-// Variance along an axis that is asked of an application.
-double wantedVariance(double radius) {
-  return 0.5 * std::max(1.0, (radius / kFineRadius) * (radius / kFineRadius));
-}
-
-using Row = Eigen::Array<float, kBrickVoxels, 1>;
-
-}  // namespace
 
 // Towards the means that one application has, so that of what is fine as much stays as after one application after the
 // other, ∏(1 − w); and as far towards those of these eight voxels apart that what is coarse loses as much as well: the
