@@ -18,7 +18,8 @@ struct Quality {
   /// Stamps by which redistancing trails the tool: 1 to 32. More touch a brick once where fewer renew it several times.
   int trail = 2;
   /// Stamps that move clay by no more than this altogether are computed at once, four at most: 0 (never) to 48. Tips of
-  /// more than 30 voxels move it by as much more as they are larger. A large smoothing stamp counts as the band's width.
+  /// more than 30 voxels move it by as much more as they are larger. A large smoothing stamp counts as the width of the
+  /// band.
   double together = 12;
   /// Of the flow that moves clay, in radii of the tip, what one step follows: 0.02 to 1.
   double flowStep = 0.12;
