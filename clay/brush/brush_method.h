@@ -11,6 +11,7 @@
 #include "clay/brush/brush.h"
 #include "clay/field/redistance.h"
 #include "clay/kernels/brush_kernels.h"
+#include "clay/store/editor.h"
 #include "clay/store/sampler.h"
 
 namespace argil::clay {
@@ -231,6 +232,12 @@ void forCubes(const Stamp& s, double margin, const Enter& enter) {
   };
   box.forRegions([&](Coord region) { halve(halve, region, 8); });
 }
+
+/// Bricks within reach of the images that hold some surface, and those beside them that some may come to by
+/// applications that move clay by `moved` voxels altogether (DistanceMethod::travel). Of a method that makes clay
+/// everywhere all within reach but `goal` tiles. Sorted.
+[[nodiscard]] std::vector<Coord> reachedBricks(const Editor& editor, const DistanceMethod& method,
+                                               std::span<const Stamp> images, double moved, Tile goal);
 
 /// A stamp's ball as kernels take it.
 [[nodiscard]] SweptBall sweptBall(const Stamp& stamp, Coord brick);

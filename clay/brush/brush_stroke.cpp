@@ -14,7 +14,6 @@
 #include "clay/brush/brush_channels.h"
 #include "clay/brush/brush_method.h"
 #include "clay/brush/mask_reach.h"
-#include "clay/brush/reached_bricks.h"
 #include "clay/brush/swept_tip.h"
 #include "clay/brush/trail.h"
 #include "clay/brush/wall_limit.h"

@@ -1,8 +1,9 @@
-#include "clay/brush/reached_bricks.h"
+// Which bricks an application has to look at.
 
 #include <algorithm>
 #include <cmath>
 
+#include "clay/brush/brush_method.h"
 #include "clay/store/brick_set.h"
 
 namespace argil::clay {

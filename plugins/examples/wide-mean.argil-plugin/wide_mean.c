@@ -1,13 +1,55 @@
 /* A brush: every voxel goes towards a mean of the seven voxels along each axis, all the way for tips of 22 voxels: a
  * mean's reach (the sum of its squared distances) then grows as the square of the tip's radius, up to what the margin
  * of four voxels allows. */
+#include <stdlib.h>
+
 #include "argil_plugin.h"
 
 #define FINE_RADIUS 10.0 /* Voxels: a tip as small smooths as far as the nearest neighbours' mean. */
+#define STEPS 256
+
+/* Distances end at the band, so the mean of a plane's distances is nearer to zero than the plane. The table takes it
+ * back: distances for means of 0, 1 / scale, 2 / scale and so on. */
+typedef struct {
+  float amount, scale, table[STEPS + 2];
+} stroke_state;
+
+static double mean_at(double distance, double band) {
+  double sum = 0;
+  for (int k = -3; k <= 3; ++k) {
+    const double d = distance + k;
+    sum += (4 - abs(k)) * (d < -band ? -band : d > band ? band : d);
+  }
+  return sum / 16;
+}
 
 static void* begin(const argil_stroke* stroke) {
-  static float amounts[2] = {1, -1};
-  return &amounts[stroke->amount < 0];
+  stroke_state* state = malloc(sizeof(stroke_state));
+  if (!state) return 0;
+  const double band = stroke->band, last = mean_at(band, band);
+  state->amount = stroke->amount < 0 ? -1 : 1;
+  state->scale = (float)(STEPS / last);
+  double low = 0;
+  for (int i = 0; i < STEPS; ++i) {
+    double high = band;
+    for (int round = 0; round < 40; ++round) {
+      const double middle = (low + high) / 2;
+      if (mean_at(middle, band) < last * i / STEPS)
+        low = middle;
+      else
+        high = middle;
+    }
+    state->table[i] = (float)low;
+  }
+  state->table[STEPS] = state->table[STEPS + 1] = stroke->band;
+  return state;
+}
+
+static float distance_of(const stroke_state* state, float mean) {
+  const float size = (mean < 0 ? -mean : mean) * state->scale, at = size < STEPS ? size : STEPS;
+  const int i = (int)at;
+  const float distance = state->table[i] + (state->table[i + 1] - state->table[i]) * (at - (float)i);
+  return mean < 0 ? -distance : distance;
 }
 
 /* 1 2 3 4 3 2 1 along an axis: sums are 16 times the mean. */
@@ -27,7 +69,8 @@ static float share(const argil_batch* batch) {
 }
 
 ARGIL_EVERY_CPU static argil_status bricks(void* stroke, const argil_batch* batch) {
-  const float amount = *(const float*)stroke * share(batch);
+  const stroke_state* state = stroke;
+  const float amount = state->amount * share(batch);
   for (uint32_t n = 0; n < batch->count; ++n) {
     /* From three voxels before the brick on. */
     const float* phi = batch->phi + (uint64_t)n * batch->brick + batch->plane + batch->row + 1;
@@ -45,7 +88,7 @@ ARGIL_EVERY_CPU static argil_status bricks(void* stroke, const argil_batch* batc
         for (uint32_t z = 0; z < 8; ++z) {
           const uint32_t v = x * 64 + y * 8 + z;
           const float here = phi[(x + 3) * batch->plane + (y + 3) * batch->row + z + 3];
-          const float mean = across(&y1[x][y][z], 64) * (1.0f / 4096);
+          const float mean = distance_of(state, across(&y1[x][y][z], 64) * (1.0f / 4096));
           out[v] = here + weight[v] * amount * (mean - here);
         }
   }
@@ -53,7 +96,7 @@ ARGIL_EVERY_CPU static argil_status bricks(void* stroke, const argil_batch* batc
 }
 
 static const argil_brush smooth = {
-    sizeof(argil_brush), ARGIL_LEAVES_VALUES, "org.argil.wide-mean.smooth", 4, 0, 0, begin, bricks, 0};
+    sizeof(argil_brush), ARGIL_LEAVES_VALUES, "org.argil.wide-mean.smooth", 4, 0, 0, begin, bricks, free};
 
 static argil_status init(const argil_host* host) {
   (void)host;
