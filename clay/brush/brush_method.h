@@ -31,6 +31,9 @@ inline const double kRegionHalfDiagonal = 31.5 * std::sqrt(3.0) + 0.01;
 /// Of an application.
 inline constexpr size_t kMostImages = 64;
 
+/// Applications whose bricks are computed together at most (DistanceMethod::moves). What is shown lags by less.
+inline constexpr size_t kTogether = 4;
+
 /// Clay that moves by no more than so many voxels stays in the bricks around those that it was in.
 inline constexpr double kMoveWithin = 6;
 
@@ -81,7 +84,8 @@ class DistanceMethod {
     return {images.begin(), images.end()};
   }
 
-  /// Where moves() is finite: an application comes. Its bricks are computed later, maybe with those of others.
+  /// Where moves() is finite: an application comes. Its bricks are computed later, maybe with those of others; where it
+  /// reaches none, begin() is not called for it.
   virtual void follow(Sampler& before, std::span<const Stamp> images) { (void)before, (void)images; }
 
   /// Before the bricks of an application, or of some together; `bricks` (sorted) are those that will be asked for: all

@@ -32,8 +32,6 @@ namespace {
 constexpr size_t kBatch = 64;
 // Bricks of an application that are worth a second thread; of a swept tip, whose bricks take less.
 constexpr size_t kParallelFrom = 128, kParallelSwept = 256;
-// Applications whose bricks are computed together at most. What is shown lags by less.
-constexpr size_t kTogether = 4;
 // Radius up to which they move clay by Quality::together altogether; larger tips by as much more as they are larger.
 constexpr double kTogetherRadius = 30;
 // Surfaces that meet at a smaller angle leave distances: where slopes differ by no more than this along any axis, what

@@ -72,7 +72,10 @@ class Smoothing : public DistanceMethod {
     const bool together = operation_.method == Method::smooth && largestOf(images) >= kLargeTip;
     return together ? band_ : HUGE_VAL;
   }
-  void follow(Sampler&, std::span<const Stamp> images) override { came_.emplace_back(images.begin(), images.end()); }
+  void follow(Sampler&, std::span<const Stamp> images) override {
+    if (came_.size() == kTogether) came_.erase(came_.begin());  // it was in the air
+    came_.emplace_back(images.begin(), images.end());
+  }
   Steps begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) override;
   bool brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const override;
 
@@ -117,7 +120,7 @@ class Smoothing : public DistanceMethod {
   float band_, perStamp_;
   int threads_;
   std::array<std::optional<UnbentPlane>, 4> unbent_;  // by the spacing's logarithm
-  std::vector<std::vector<Stamp>> came_, together_;   // applications: since the last was computed, and of these
+  std::vector<std::vector<Stamp>> came_, together_;   // applications: not computed yet, and those that are
   // Of the application: whether the means of the next neighbours serve; else its bricks that hold some surface.
   bool near_ = true;
   std::vector<Coord> bricks_;
@@ -190,7 +193,13 @@ void Smoothing::blendTogether(size_t i, Sampler& before, float (&phi)[kBrickVoxe
 Steps Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) {
   const bool keep = operation_.method == Method::smoothKeep;
   const double radius = largestOf(images);
-  together_ = std::exchange(came_, {});
+  // The last that came: others before them reached no clay.
+  together_.clear();
+  for (size_t count = 0; !came_.empty() && count < images.size(); came_.pop_back()) {
+    count += came_.back().size();
+    together_.insert(together_.begin(), std::move(came_.back()));
+  }
+  came_.clear();
   const bool store = keep || together_.size() > 1;
   bricks_.clear();
   putBack_ = 0;

@@ -176,7 +176,8 @@ std::optional<FlatQuads> mirroredCage(const Version& version, size_t most, std::
 
 FlatQuads flatQuads(const Version& version, size_t most, bool mirrored, int threads, const WorkPart& part) {
   FlatQuads out = drawn(version, most, mirrored, {}, threads, part.part(0, kShareOfFit));
-  unfoldQuads(out.mesh, out.maker->surface(), out.maker->tree(), out.maker->creases());
+  unfoldQuads(out.mesh, out.maker->surface(), out.maker->tree(), out.maker->creases(),
+              part.part(kShareOfFit, kShareOfFit));
   fitQuads(out.mesh, out.maker->surface(), out.maker->tree(), out.maker->creases(), threads, part.part(kShareOfFit, 1));
   if (out.mirror) makeMirrored(out.mesh, out.image, *out.mirror);
   return out;

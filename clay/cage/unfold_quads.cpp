@@ -41,7 +41,7 @@ class Unfolding {
         if (mesh.creases[f] >> s & 1) onCrease_[mesh.quads[f][s]] = onCrease_[mesh.quads[f][(s + 1) & 3]] = true;
   }
 
-  void run() {
+  void run(const WorkPart& part) {
     for (uint32_t f = 0; f < mesh_.quads.size(); ++f) facing_[f] = facing(f);
     for (uint32_t v = 0; v < around_.size(); ++v) boxCrumb(v);
     for (uint32_t f = 0; f < mesh_.quads.size(); ++f) hopeless_.push_back(isHopeless(f));
@@ -49,13 +49,14 @@ class Unfolding {
     for (const auto& [last, off] : {std::pair(false, kOff), {true, kOff}, {false, kMostOff}, {true, kMostOff}}) {
       last_ = last;
       off_ = off;
-      rounds();
+      rounds(part);
     }
   }
 
  private:
-  void rounds() {
+  void rounds(const WorkPart& part) {
     for (int round = 0; round < kRounds; ++round) {
+      part.step(0);  // how many there will be nobody knows
       std::vector<bool> bad(mesh_.positions.size());
       bool any = false;
       for (uint32_t f = 0; f < mesh_.quads.size(); ++f) {
@@ -109,7 +110,9 @@ class Unfolding {
     for (const uint32_t f : quads)
       for (const uint32_t v : mesh_.quads[f]) add(v, 7);
     const bool closed = std::all_of(quads.begin(), quads.end(), [&](uint32_t f) {
-      return std::ranges::all_of(mesh_.quads[f], [&](uint32_t v) { return sidesOf(v) >= 0 && around_[v].size() == 3; });
+      return std::ranges::all_of(mesh_.quads[f], [&](uint32_t v) {
+        return sidesOf(v) >= 0 && around_[v].size() == 3 && !corner_[v] && !onCrease_[v];
+      });
     });
     const bool bad = std::any_of(quads.begin(), quads.end(), [&](uint32_t f) { return worth(f) < kGood; });
     if (known != 8 || !closed || !bad) return;
@@ -271,8 +274,9 @@ class Unfolding {
 
 }  // namespace
 
-void unfoldQuads(QuadMesh& mesh, const TriangleMesh& surface, const NearestTriangle& tree, const CreaseMap& creases) {
-  Unfolding(mesh, surface, tree, creases).run();
+void unfoldQuads(QuadMesh& mesh, const TriangleMesh& surface, const NearestTriangle& tree, const CreaseMap& creases,
+                 const WorkPart& part) {
+  Unfolding(mesh, surface, tree, creases).run(part);
 }
 
 }  // namespace argil::clay

@@ -115,6 +115,22 @@ TEST(Smooth, WhatIsShownLagsByLessThanFourStamps) {
   }
 }
 
+// A stroke that comes out of the air does what one does that begins on the clay: what reached nothing counts nothing.
+TEST(Smooth, LargeStampsInTheAirChangeNothingOfThoseThatFollow) {
+  const Version base = apply(makeSphere(Store::make(), Grid{}, Vec3d::Zero(), 30), Brush::of(Method::carve),
+                             {{{60, 0, 0}, {60, 0, 0}, 9}});
+  const auto leave = [&](size_t inTheAir) {
+    BrushStroke stroke(base, smoothing(Method::smooth));
+    for (size_t i = 0; i < inTheAir; ++i) stroke.apply(Stamp{{260, 0, 0}, {258, 0, 0}, 40});
+    for (int i = 0; i < 7; ++i) stroke.apply(Stamp{{60, -12 + 4.0 * i, 0}, {60, -8 + 4.0 * i, 0}, 40});
+    return stroke.finish().hash();
+  };
+  const uint64_t alone = leave(0);
+  EXPECT_NE(alone, base.hash());
+  EXPECT_EQ(leave(4), alone);
+  EXPECT_EQ(leave(40), alone);
+}
+
 TEST(Smooth, MirroredStampsLeaveMirroredBitsOnEverySimdTarget) {
   // symmetric about x = -0.5 voxels
   const Version sphere = makeSphere(Store::make(), Grid{}, Vec3d(-0.25, 0.3, 0.1), 15);

@@ -31,7 +31,7 @@ double offOf(const NearestTriangle& tree, const Vec3d& p) {
 }
 
 void unfold(QuadMesh& mesh, const CageMaker& maker) {
-  unfoldQuads(mesh, maker.surface(), maker.tree(), maker.creases());
+  unfoldQuads(mesh, maker.surface(), maker.tree(), maker.creases(), WorkPart(nullptr));
 }
 
 TEST(UnfoldQuads, WhatFoldsMovesAlongTheSurfaceAndTheRestStays) {
