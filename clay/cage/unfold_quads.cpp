@@ -117,13 +117,13 @@ class Unfolding {
     const bool bad = std::any_of(quads.begin(), quads.end(), [&](uint32_t f) { return worth(f) < kGood; });
     if (known != 8 || !closed || !bad) return;
 
-    // The axes of the clay's own body, and how far it reaches along them.
-    if (bodies_.empty()) {
-      JoinedSets sets(surface_.positions.size());
-      for (const auto& t : surface_.triangles) sets.join(t[0], t[1]), sets.join(t[0], t[2]);
-      for (uint32_t v = 0; v < surface_.positions.size(); ++v) bodies_.push_back(sets.find(v));
-    }
-    const uint32_t body = bodies_[tree_.corners(tree_.nearest(mesh_.positions[first], hint_).triangle)[0]];
+    // The axes of the clay's own body, and how far it reaches along them. Where its vertices have come to lie on
+    // another body, or others on its own, nobody knows which that is.
+    if (bodies_.empty()) findBodies();
+    const uint32_t body = bodyAt_[first];
+    if (std::count(bodyAt_.begin(), bodyAt_.end(), body) != 8 ||
+        std::any_of(place.begin(), place.end(), [&](const auto& each) { return bodyAt_[each.first] != body; }))
+      return;
     Vec3d mean = Vec3d::Zero();
     std::vector<Vec3d> points;
     for (uint32_t v = 0; v < bodies_.size(); ++v)
@@ -154,6 +154,16 @@ class Unfolding {
     }
     if (volume < 0) put(-1);
     for (const uint32_t f : quads) facing_[f] = facing(f);
+  }
+
+  void findBodies() {
+    JoinedSets sets(surface_.positions.size());
+    for (const auto& t : surface_.triangles) sets.join(t[0], t[1]), sets.join(t[0], t[2]);
+    for (uint32_t v = 0; v < surface_.positions.size(); ++v) bodies_.push_back(sets.find(v));
+    for (const Vec3d& p : mesh_.positions) {
+      hint_ = tree_.nearest(p, hint_).triangle;
+      bodyAt_.push_back(bodies_[tree_.corners(hint_)[0]]);
+    }
   }
 
   // Of the surface at a quad's middle.
@@ -265,7 +275,7 @@ class Unfolding {
   const CreaseMap& creases_;
   std::vector<std::vector<uint32_t>> around_;
   std::vector<Vec3d> facing_;
-  std::vector<uint32_t> bodies_;  // of the surface's vertices, once a crumb asks
+  std::vector<uint32_t> bodies_, bodyAt_;  // of the surface's vertices, and nearest to the mesh's, once a crumb asks
   std::vector<bool> corner_, onCrease_, hopeless_;
   bool last_ = false;
   double off_ = 0;

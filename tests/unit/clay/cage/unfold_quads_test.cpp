@@ -130,6 +130,15 @@ TEST(UnfoldQuads, ACrumbBecomesABoxAroundItsClay) {
     EXPECT_LT(p(0).norm(), 1.2 * std::sqrt(3.0));
   }
   EXPECT_NEAR(volume, 4 * M_PI / 3 * std::pow(1.2, 3), 2) << "outwards";
+  // On another body it does not become that one.
+  for (uint32_t v = 0; v < mesh.positions.size(); ++v)
+    if (crumb[v]) mesh.positions[v] = Vec3d(12, 0, 0) + 0.3 * Vec3d(number(random), number(random), number(random));
+  unfold(mesh, *made.maker);
+  for (uint32_t v = 0; v < mesh.positions.size(); ++v) {
+    if (crumb[v]) {
+      EXPECT_LT((mesh.positions[v] - Vec3d(12, 0, 0)).norm(), 3);
+    }
+  }
 }
 
 // Balls, rods, rings and blocks joined and cut as they come: of what they leave many creases are too short to be lines
