@@ -9,10 +9,23 @@ namespace argil::clay {
 class WorkPart {
  public:
   explicit WorkPart(Job* job, double from = 0, double to = 1) : job_(job), from_(from), to_(to) {}
-  [[nodiscard]] WorkPart part(double from, double to) const { return WorkPart(job_, at(from), at(to)); }
+  /// Of work beside another part that tells how far it is: can be cancelled, and tells nothing.
+  [[nodiscard]] WorkPart beside() const {
+    WorkPart out = *this;
+    out.tells_ = false;
+    return out;
+  }
+  [[nodiscard]] WorkPart part(double from, double to) const {
+    WorkPart out = *this;
+    out.from_ = at(from);
+    out.to_ = at(to);
+    return out;
+  }
   /// Throws Cancelled.
   void step(double fraction) const {
-    if (job_) job_->step(at(fraction));
+    if (!job_) return;
+    if (tells_) return job_->step(at(fraction));
+    if (job_->cancelled()) throw Cancelled();
   }
 
  private:
@@ -20,6 +33,7 @@ class WorkPart {
 
   Job* job_;
   double from_, to_;
+  bool tells_ = true;
 };
 
 }  // namespace argil::clay

@@ -25,7 +25,7 @@ constexpr double kBeginWith = 20;  // quads for each that is asked for
 // times as many. For few alone, since each way takes about 0.2 ms a quad that goes.
 constexpr size_t kFewQuads = 200;
 constexpr double kNearlyFew = 1.5, kBetween[] = {8, 6, 5, 4, 3, 2};
-constexpr double kFinest = 1.4;       // voxels: nothing finer is looked at
+constexpr double kFinest = 1.4, kFinestOfEven = 0.1;  // voxels, even edges: nothing finer is looked at
 constexpr double kOfThickness = 0.7;  // an edge is at most so long: four quads go around a limb or into a slit
 constexpr double kLeastOfEven = 0.25, kLeastRefined = 1.0 / 6;  // of an even edge
 constexpr double kNearEnd = 0.1;                                // even edges: so near to an end they are
@@ -132,7 +132,7 @@ CageMaker::CageMaker(const Version& version, size_t most, bool creased, int thre
   const Grid& grid = version.grid();
   const double area = areaOf(version);  // voxel faces
   even_ = std::sqrt(area / double(most)) * grid.voxelMm;
-  finest_ = kFinest * grid.voxelMm;
+  finest_ = std::max(kFinest * grid.voxelMm, kFinestOfEven * even_);
   // Where there are creases the draft, which cuts them off, would draw the faces beside them away from them.
   Surface own(creased, creased ? Grade::fine : Grade::draft);
   own.update(version, threads);
@@ -199,10 +199,10 @@ void CageMaker::evenOut() {
   }
 }
 
-CoarseCage CageMaker::make(const WorkPart& part, size_t most) const {
+CoarseCage CageMaker::make(const WorkPart& part, size_t most, bool regular) const {
   if (most == 0) most = most_;
   CoarseCage cage;
-  cage.mesh = coarsened(fine_, surface_, *tree_, *creases_, sizes_, most, finest_, part);
+  cage.mesh = coarsened(fine_, surface_, *tree_, *creases_, sizes_, most, finest_, part, regular);
   // Lines of creases get in each other's way. Evened out in between they come to lie otherwise.
   if (most <= kFewQuads && cage.mesh.quads.size() > most &&
       double(cage.mesh.quads.size()) < kNearlyFew * double(most)) {
@@ -217,7 +217,7 @@ CoarseCage CageMaker::make(const WorkPart& part, size_t most) const {
   if (cage.mesh.quads.size() > most && !creases_->empty()) {
     QuadMesh smooth = fine_;
     smooth.creases.clear();
-    cage.mesh = coarsened(std::move(smooth), surface_, *tree_, *creases_, sizes_, most, finest_, part);
+    cage.mesh = coarsened(std::move(smooth), surface_, *tree_, *creases_, sizes_, most, finest_, part, regular);
   }
   if (cage.mesh.quads.size() > most)
     throw Error(fmt::format("no cage of at most {} quads goes around this piece, which took {}: give more", most,

@@ -35,8 +35,8 @@ class CageMaker {
   [[nodiscard]] const NearestTriangle& tree() const { return *tree_; }
   [[nodiscard]] const CreaseMap& creases() const { return *creases_; }
   /// Without creases where their lines need more quads than that. `most`: another number of quads, of the same sizes
-  /// in proportion; 0: as many as were asked for.
-  [[nodiscard]] CoarseCage make(const WorkPart& part, size_t most = 0) const;
+  /// in proportion; 0: as many as were asked for. `regular`: as in coarsened(). Any threads.
+  [[nodiscard]] CoarseCage make(const WorkPart& part, size_t most = 0, bool regular = false) const;
   /// At most `most` quads from a cage of more, where so few are possible.
   [[nodiscard]] QuadMesh fewer(QuadMesh mesh, size_t most, const WorkPart& part) const;
   /// Sizes become smaller where what was fitted to a cage lies off by more than elsewhere, mm at each vertex of the

@@ -38,8 +38,12 @@ constexpr double kOfLine = 0.8;    // what a diagonal beside two edges of a line
 constexpr double kOfAll = 0.5;
 constexpr size_t kMostInDisk = 400;
 constexpr double kLonger = 1.25;
-constexpr double kAway = 0.7, kAtOnce = 1;  // sizes: what they went around lies so near to them, at the end and at once
-constexpr double kOff = 1.3;                // of what is allowed: what lies so far off is not worse than before
+// Sizes: what they went around lies so near to them, at the end and at once; and of what is allowed, what lies so far
+// off the surface is not worse than before.
+struct DiskLimits {
+  double away, atOnce, off;
+};
+constexpr DiskLimits kNear{0.7, 1, 1.3}, kRegular{1, 1.5, 2};
 constexpr int kEvened = 6, kRefills = 6;
 // How far the middle of an edge or of a quad may lie off the surface, of its length; the next one where no collapse is
 // left with the one before.
@@ -48,20 +52,18 @@ constexpr double kBulges[] = {0.2, 0.3, 0.45, 1e9};
 class Coarsener {
  public:
   Coarsener(QuadMesh fine, const TriangleMesh& surface, const NearestTriangle& tree, const CreaseMap& creases,
-            const std::vector<float>& sizes, double finest)
+            const std::vector<float>& sizes, double finest, bool regular = false)
       : web_(std::move(fine)),
         surface_(surface),
         tree_(tree),
         creases_(creases),
         sizes_(sizes),
         finest_(finest),
-        hints_(web_.vertices(), UINT32_MAX),
-        creaseHints_(web_.vertices(), UINT32_MAX),
-        size_(web_.vertices(), 0),
-        normals_(web_.vertices(), Vec3d::Zero()),
+        limits_(regular ? kRegular : kNear),
         changed_(web_.quads(), 0),
         near_(web_.quads(), kNoneNear),
         least_(sizes.empty() ? 0 : double(*std::min_element(sizes.begin(), sizes.end()))) {
+    keepFor(web_.vertices());
     std::vector<Vec3d> beside(web_.vertices());  // the surface, as a coarser grid has it
     for (uint32_t v = 0; v < web_.vertices(); ++v) beside[v] = web_.at(v), place(v, web_.at(v));
     placeCorners(beside);
@@ -128,6 +130,13 @@ class Coarsener {
       return cost != other.cost ? cost > other.cost : quad != other.quad ? quad > other.quad : corner > other.corner;
     }
   };
+
+  void keepFor(size_t vertices, uint32_t hint = UINT32_MAX) {
+    hints_.resize(vertices, hint);
+    creaseHints_.resize(vertices, UINT32_MAX);
+    size_.resize(vertices, 0);
+    normals_.resize(vertices, Vec3d::Zero());
+  }
 
   // Onto the surface, or along its crease; what ends one stays.
   void place(uint32_t v, const Vec3d& p) {
@@ -441,11 +450,11 @@ class Coarsener {
     stage_ = stage;
   }
   struct Judged {
-    double jacobian = 1, off = kOff, longest = 0;
+    double jacobian = 1, off, longest = 0;
     int folded = 0;
   };
   Judged judged(const std::vector<uint32_t>& vertices) {
-    Judged out;
+    Judged out{.off = limits_.off};
     for (const uint32_t v : vertices) {
       const double jacobian = shapeAt(v);
       out.jacobian = std::min(out.jacobian, jacobian);
@@ -464,8 +473,7 @@ class Coarsener {
     all.erase(std::unique(all.begin(), all.end()), all.end());
     return all;
   }
-  // Whether each vertex that was there lies so near to quads, in sizes: none is left out, as the tip of a limb would
-  // be.
+  // Whether each vertex that was there lies so near to quads, in sizes, that no tip of a limb is left out.
   struct Place {
     uint32_t vertex;
     Vec3d at, normal;
@@ -491,18 +499,13 @@ class Coarsener {
     const auto filledAt = [&](uint32_t v) {
       return v < QuadFill::kAdded ? web_.at(v) : refill.fill.added[v - QuadFill::kAdded];
     };
-    if (!goAround(refill.fill.quads, filledAt, places, kAtOnce)) return false;
+    if (!goAround(refill.fill.quads, filledAt, places, limits_.atOnce)) return false;
     const Judged was = judged(before);
     std::vector<std::array<uint32_t, 4>> old, made = refill.fill.quads;
     for (const uint32_t f : refill.quads) old.push_back(web_.quad(f));
     const auto first = static_cast<uint32_t>(web_.vertices());
-    for (const Vec3d& p : refill.fill.added) {
-      (void)web_.add(p);
-      hints_.push_back(hints_[before.front()]);
-      creaseHints_.push_back(UINT32_MAX);
-      size_.push_back(0);
-      normals_.push_back(Vec3d::Zero());
-    }
+    for (const Vec3d& p : refill.fill.added) (void)web_.add(p);
+    keepFor(web_.vertices(), hints_[before.front()]);
     for (auto& quad : made)
       for (uint32_t& v : quad)
         if (v >= QuadFill::kAdded) v = v - QuadFill::kAdded + first;
@@ -517,13 +520,11 @@ class Coarsener {
     const Judged is = judged(after);
     const auto at = [&](uint32_t v) { return web_.at(v); };
     if (is.jacobian >= std::min(was.jacobian, kGoodJacobian) && is.folded <= was.folded && is.off <= was.off &&
-        is.longest <= kLonger * was.longest && goAround(made, at, places, kAway))
+        is.longest <= kLonger * was.longest && goAround(made, at, places, limits_.away))
       return true;
     (void)web_.replace(quads, old, refill.quads);
     web_.takeBack(first);
-    for (auto* each : {&hints_, &creaseHints_}) each->resize(first);
-    size_.resize(first);
-    normals_.resize(first);
+    keepFor(first);
     for (const Place& each : places) {
       web_.move(each.vertex, each.at);
       normals_[each.vertex] = each.normal;
@@ -568,6 +569,7 @@ class Coarsener {
   const CreaseMap& creases_;
   const std::vector<float>& sizes_;
   double finest_;
+  DiskLimits limits_;
   size_t stage_ = 0;
   bool last_ = false;
   std::vector<uint32_t> hints_, creaseHints_;
@@ -586,8 +588,8 @@ class Coarsener {
 }  // namespace
 
 QuadMesh coarsened(QuadMesh fine, const TriangleMesh& surface, const NearestTriangle& tree, const CreaseMap& creases,
-                   const std::vector<float>& sizes, size_t most, double finest, const WorkPart& part) {
-  return Coarsener(std::move(fine), surface, tree, creases, sizes, finest).run(most, part);
+                   const std::vector<float>& sizes, size_t most, double finest, const WorkPart& part, bool regular) {
+  return Coarsener(std::move(fine), surface, tree, creases, sizes, finest, regular).run(most, part);
 }
 
 QuadMesh evenedOut(QuadMesh mesh, const TriangleMesh& surface, const NearestTriangle& tree, const CreaseMap& creases,

@@ -16,10 +16,11 @@ namespace argil::clay {
 /// mm, where so few quads allow it: a limb has four around it, a plate has both its sides. Where so few are not
 /// possible at all the result has more. Creases of `fine` stay creases: their vertices slide along those of the
 /// surface, and their corners stay. Throws Error for a mesh that is not closed, Cancelled. Cost: about 0.2 ms a quad
-/// that goes.
+/// that goes. `regular`: quads may come farther off the surface where that leaves fewer vertices of other
+/// than four.
 [[nodiscard]] QuadMesh coarsened(QuadMesh fine, const TriangleMesh& surface, const NearestTriangle& tree,
                                  const CreaseMap& creases, const std::vector<float>& sizes, size_t most, double finest,
-                                 const WorkPart& part);
+                                 const WorkPart& part, bool regular = false);
 
 /// The same quads, their vertices on the surface and edges as even as coarsened() makes them; no quad is joined
 /// and no edge turned. Throws as coarsened(). Cost: about 0.2 ms a quad.

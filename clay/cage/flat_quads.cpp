@@ -1,11 +1,14 @@
 #include "clay/cage/flat_quads.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <exception>
 #include <utility>
 #include <vector>
 
 #include "clay/base/error.h"
+#include "clay/base/parallel.h"
 #include "clay/cage/coarsen_quads.h"
 #include "clay/cage/fit_quads.h"
 #include "clay/cage/unfold_quads.h"
@@ -25,6 +28,18 @@ constexpr double kOnVoxels = 0.125;     // voxels: so near to a plane of voxels 
 constexpr double kNearPlane = 0.75;     // voxels: so near to it a half's quads may lie in the plane
 constexpr int kHalves = 6;              // tries until one has as many quads as are asked for
 constexpr double kEnough = 0.95, kBelow = 0.985;
+// Layouts of one clay differ, from count to count and from limit to limit, by a third in irregular vertices and in what
+// they leave out: of some the best is taken. Of many quads fewer are drawn, which take long.
+struct Layout {
+  double share;  // of the quads that are asked for
+  bool regular;  // as in coarsened()
+};
+constexpr std::array<Layout, 4> kLayouts{{{1, true}, {1, false}, {0.985, true}, {0.985, false}}};
+constexpr size_t kManyQuads = 1300, kLayoutsOfMany = 2;
+constexpr double kBadJacobian = 0.2, kBadQuad = 4;  // such a quad counts as so many irregular vertices,
+constexpr double kAnyway = 8;                       // and every layout has about as many that none can do without
+constexpr double kOfMost = 0.2;                     // what the largest distance counts beside the RMS
+constexpr size_t kPlaces = 4000;                    // of the surface, where distances are taken
 constexpr double kShareOfCage = 0.8, kShareOfHalf = 0.95, kShareOfFit = 0.9;
 
 // Quads that do not lie in the end of a half: how many, and their mean scaled Jacobian.
@@ -57,11 +72,64 @@ double shareInEnd(const CageMaker& maker, const EndPlane& end) {
   return in / all;
 }
 
+// What a layout lacks, once its quads lie where they fit best: irregular vertices and bad quads, times distances.
+double lackOf(QuadMesh mesh, const CageMaker& maker, const WorkPart& part) {
+  const TriangleMesh& surface = maker.surface();
+  unfoldQuads(mesh, surface, maker.tree(), maker.creases(), part);
+  fitQuads(mesh, surface, maker.tree(), maker.creases(), 1, part);
+  auto lack = double(QuadTopology(mesh).irregular()) + kAnyway;
+  TriangleMesh triangles;
+  triangles.positions = mesh.positions;
+  for (const auto& quad : mesh.quads) {
+    if (scaledJacobian(mesh, quad) < kBadJacobian) lack += kBadQuad;
+    triangles.triangles.push_back({quad[0], quad[1], quad[2]});
+    triangles.triangles.push_back({quad[0], quad[2], quad[3]});
+  }
+  const NearestTriangle tree(triangles);
+  const size_t step = 1 + surface.positions.size() / kPlaces;
+  double sum = 0, most = 0, count = 0;
+  for (size_t v = 0; v < surface.positions.size(); v += step, ++count) {
+    const double squared = tree.nearest(surface.positions[v]).squared;
+    sum += squared;
+    most = std::max(most, squared);
+  }
+  return lack * (std::sqrt(sum / count) + kOfMost * std::sqrt(most));
+}
+
+// The same for any count of threads.
+QuadMesh bestLayout(const CageMaker& maker, size_t most, int threads, const WorkPart& part) {
+  struct Drawn {
+    QuadMesh mesh;
+    double lack = HUGE_VAL;
+    std::exception_ptr refused;
+  };
+  std::vector<Drawn> drawn(most > kManyQuads ? kLayoutsOfMany : kLayouts.size());
+  const auto draw = [&](size_t first, size_t last) {
+    for (size_t i = first; i < last; ++i) {
+      const WorkPart own = i == 0 ? part : part.beside();
+      try {
+        drawn[i].mesh =
+            maker.make(own, static_cast<size_t>(kLayouts[i].share * double(most)), kLayouts[i].regular).mesh;
+        drawn[i].lack = lackOf(drawn[i].mesh, maker, own.part(1, 1));
+      } catch (const Cancelled&) {
+        throw;
+      } catch (const Error&) {
+        drawn[i].refused = std::current_exception();
+      }
+    }
+  };
+  parallelBlocks(drawn.size(), threads, draw, 1);
+  const auto best =
+      std::min_element(drawn.begin(), drawn.end(), [](const Drawn& a, const Drawn& b) { return a.lack < b.lack; });
+  if (best->mesh.quads.empty()) std::rethrow_exception(drawn.front().refused);
+  return std::move(best->mesh);
+}
+
 // A cage of at most so many quads, of which none in the end of a half counts: of that as many more are drawn as it
 // takes, which is seen when they are. `onlyGood`: of those that are not, the first will do.
-QuadMesh cageOf(const CageMaker& maker, size_t most, const std::optional<EndPlane>& end, bool onlyGood,
+QuadMesh cageOf(const CageMaker& maker, size_t most, const std::optional<EndPlane>& end, bool onlyGood, int threads,
                 const WorkPart& part) {
-  if (!end) return maker.make(part).mesh;
+  if (!end) return bestLayout(maker, most, threads, part);
   double asked = double(most) / (1 - shareInEnd(maker, *end));
   QuadMesh best, over;
   double bestCount = 0;
@@ -117,7 +185,7 @@ FlatQuads drawn(const Version& version, size_t most, bool maybeMirrored, const s
         if (std::optional<FlatQuads> both = mirroredCage(version, most, out.maker, threads, step.part(0.3, 1)))
           return std::move(*both);
       if (out.halvings > 0 && double(few) < -kQuadsAHandle * double(out.maker->shape())) continue;
-      out.mesh = cageOf(*out.maker, few, end, out.halvings > 0, step.part(0.3, 1));
+      out.mesh = cageOf(*out.maker, few, end, out.halvings > 0, threads, step.part(0.3, 1));
     } catch (const Cancelled&) {
       throw;
     } catch (const Error&) {

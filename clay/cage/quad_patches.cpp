@@ -1,8 +1,6 @@
 #include "clay/cage/quad_patches.h"
 
 #include <algorithm>
-#include <map>
-#include <queue>
 #include <set>
 #include <utility>
 
@@ -10,94 +8,129 @@ namespace argil::clay {
 
 namespace {
 
-constexpr size_t kDisks = 200;  // around one vertex, at most
+constexpr size_t kDisks = 400;  // around one vertex, at most
 constexpr size_t kSides = 6;
 constexpr int kLeast = 3;  // quads around a vertex
 
+std::vector<uint32_t> sorted(std::vector<uint32_t> quads) {
+  std::sort(quads.begin(), quads.end());
+  return quads;
+}
+
+// The same for the same quads in any order. (splitmix64's mixing, Steele and others 2014)
+uint64_t signOf(const std::vector<uint32_t>& quads) {
+  uint64_t sum = 0;
+  for (const uint32_t f : quads) {
+    uint64_t x = (f + 1) * 0x9e3779b97f4a7c15;
+    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9;
+    x = (x ^ (x >> 27)) * 0x94d049bb133111eb;
+    sum += x ^ (x >> 31);
+  }
+  return sum;
+}
+
 }  // namespace
 
+QuadPatches::AtVertex& QuadPatches::at(uint32_t vertex) {
+  AtVertex& out = at_[vertex];
+  if (std::exchange(out.stamp, now_) != now_) {
+    out.sides = out.begins = 0;
+    out.isCorner = false;
+    vertices_.push_back(vertex);
+  }
+  return out;
+}
+
 void QuadPatches::put(Disk& disk, uint32_t quad) {
-  if (stamp_.size() < web_.quads()) stamp_.resize(web_.quads(), 0);
-  if (std::exchange(stamp_[quad], now_) != now_) disk.quads.push_back(quad);
+  if (std::exchange(stamp_[quad], inDisk_) != inDisk_) disk.quads.push_back(quad);
 }
 
 bool QuadPatches::straighten(Disk& disk, size_t most) {
-  ++now_;
+  stamp_.resize(web_.quads(), 0);
+  at_.resize(web_.vertices());
+  ++inDisk_;
   for (const uint32_t f : std::exchange(disk.quads, {})) put(disk, f);
-  // The border: of each of its vertices the next one, and the quad between them.
-  std::map<uint32_t, std::pair<uint32_t, uint32_t>> next;
-  std::vector<uint32_t> sector;
-  std::map<uint32_t, bool> corner;
+  size_t border = 0;
   for (bool grown = true; grown;) {
     grown = false;
     if (disk.quads.size() > most) return false;
-    next.clear();
-    corner.clear();
-    disk.uneven = 0;
-    size_t sides = 0;
-    for (const uint32_t f : disk.quads)
+    ++now_;
+    vertices_.clear();
+    for (const uint32_t f : disk.quads) {
+      const auto& q = web_.quad(f);
       for (size_t s = 0; s < 4; ++s) {
-        const uint32_t from = web_.quad(f)[s], to = web_.quad(f)[(s + 1) & 3];
-        if (isIn(web_.across(to, from))) {
-          if ((web_.creases(f) >> s & 1) != 0) return false;
+        AtVertex& from = at(q[s]);
+        if (from.sides == from.of.size()) return false;
+        from.of[from.sides++] = {q[(s + 1) & 3], f, (web_.creases(f) >> s & 1) != 0};
+      }
+    }
+    // The border: of each of its vertices the next one, and the quad between them.
+    border = 0;
+    for (const uint32_t v : vertices_) {
+      AtVertex& here = at_[v];
+      for (size_t k = 0; k < here.sides; ++k) {
+        const Side& side = here.of[k];
+        const AtVertex& there = at_[side.to];
+        const auto end = there.of.begin() + there.sides;
+        if (std::find_if(there.of.begin(), end, [&](const Side& each) { return each.to == v; }) != end) {
+          if (side.isCrease) return false;
           continue;
         }
-        ++sides;
-        next[from] = {to, f};
+        here.next = side;
+        ++here.begins;
+        ++border;
       }
-    if (next.size() != sides) {
       // It meets itself at a vertex: all around that, too.
-      std::map<uint32_t, int> begins;
-      for (const uint32_t f : std::vector(disk.quads))
-        for (size_t s = 0; s < 4; ++s)
-          if (const uint32_t from = web_.quad(f)[s]; !isIn(web_.across(web_.quad(f)[(s + 1) & 3], from)))
-            if (++begins[from] == 2)
-              for (const uint32_t each : web_.around(from)) put(disk, each), grown = true;
-      continue;
+      if (here.begins < 2) continue;
+      for (const uint32_t each : web_.around(v)) put(disk, each);
+      grown = true;
     }
-    for (const auto& [v, beside] : next) {
-      const QuadWeb::Sector around = web_.sectorOf(v, beside.second, &sector);
+    if (grown) continue;
+    disk.uneven = 0;
+    for (const uint32_t v : vertices_) {
+      AtVertex& here = at_[v];
+      if (here.begins == 0) {
+        const int off = int(here.sides) - 4;
+        disk.uneven += off * off;
+        continue;
+      }
+      const QuadWeb::Sector around = web_.sectorOf(v, here.next.quad, &sector_);
       int inside = 0;
-      for (const uint32_t f : sector) inside += isIn(f);
+      for (const uint32_t f : sector_) inside += isIn(f);
       const int outside = around.count - inside, others = int(web_.around(v).size()) - inside;
       const int asked = std::max({1, around.right - outside, kLeast - others});
       if (asked > 2) {
+        // In a larger disk as well: so all such vertices grow at once.
         if (outside == 0) return false;
-        for (const uint32_t f : sector) put(disk, f);
+        for (const uint32_t f : sector_) put(disk, f);
         grown = true;
-        break;
+        continue;
       }
-      corner[v] = asked == 1;
+      here.isCorner = asked == 1;
       const QuadWeb::Sector after{outside + asked, around.right};
       disk.uneven += around.uneven(0, true) - after.uneven(0, true);
     }
   }
-  std::set<uint32_t> vertices;
-  for (const uint32_t f : disk.quads) vertices.insert(web_.quad(f).begin(), web_.quad(f).end());
-  const size_t edges = (4 * disk.quads.size() + next.size()) / 2;
-  if (vertices.size() + disk.quads.size() != edges + 1) return false;
-  for (const uint32_t v : vertices)
-    if (!next.contains(v)) {
-      const int off = int(web_.around(v).size()) - 4;
-      disk.uneven += off * off;
-    }
-  const auto first = std::find_if(corner.begin(), corner.end(), [](const auto& each) { return each.second; });
-  if (first == corner.end()) return false;
+  const size_t edges = (4 * disk.quads.size() + border) / 2;
+  if (vertices_.size() + disk.quads.size() != edges + 1) return false;
+  uint32_t first = UINT32_MAX;
+  for (const uint32_t v : vertices_)
+    if (at_[v].isCorner) first = std::min(first, v);
+  if (first == UINT32_MAX) return false;
   disk.sides.clear();
   size_t walked = 0;
-  for (uint32_t v = first->first;;) {
-    if (corner[v]) {
+  for (uint32_t v = first;;) {
+    if (at_[v].isCorner) {
       if (!disk.sides.empty()) disk.sides.back().push_back(v);
-      if (walked != 0 && v == first->first) break;
+      if (walked != 0 && v == first) break;
       disk.sides.push_back({v});
     } else {
       disk.sides.back().push_back(v);
     }
-    v = next[v].first;
-    if (++walked > next.size()) return false;
+    v = at_[v].next.to;
+    if (++walked > border) return false;
   }
-  std::sort(disk.quads.begin(), disk.quads.end());
-  return walked == next.size() && disk.sides.size() >= 2 && disk.sides.size() <= kSides;
+  return walked == border && disk.sides.size() >= 2 && disk.sides.size() <= kSides;
 }
 
 bool QuadPatches::around(uint32_t vertex, size_t most, const std::function<bool(const Refill&)>& take) {
@@ -112,21 +145,26 @@ bool QuadPatches::around(uint32_t vertex, size_t most, const std::function<bool(
 
 bool QuadPatches::from(const std::vector<uint32_t>& first, size_t most,
                        const std::function<bool(const Refill&)>& take) {
+  // Of the same size, in the order in which they were found.
   const auto larger = [](const Disk& a, const Disk& b) {
-    return a.quads.size() != b.quads.size() ? a.quads.size() > b.quads.size() : a.quads > b.quads;
+    return a.quads.size() != b.quads.size() ? a.quads.size() > b.quads.size() : a.found > b.found;
   };
-  std::priority_queue<Disk, std::vector<Disk>, decltype(larger)> open(larger);
-  std::set<std::vector<uint32_t>> seen;
+  std::vector<Disk> open;
+  std::set<uint64_t> seen;
   const auto offer = [&](Disk disk) {
-    if (seen.size() >= kDisks || !straighten(disk, most) || !seen.insert(disk.quads).second) return;
-    open.push(std::move(disk));
+    if (seen.size() >= kDisks || !straighten(disk, most) || !seen.insert(signOf(disk.quads)).second) return;
+    disk.found = seen.size();
+    open.push_back(std::move(disk));
+    std::push_heap(open.begin(), open.end(), larger);
   };
-  offer({first, {}, 0});
+  offer({.quads = first});
   while (!open.empty()) {
-    const Disk disk = open.top();
-    open.pop();
+    std::pop_heap(open.begin(), open.end(), larger);
+    const Disk disk = std::move(open.back());
+    open.pop_back();
     if (disk.uneven > leastIrregular(disk.sides)) {
-      Refill refill{disk.quads, filled(disk.sides, disk.quads.size(), [&](uint32_t v) { return web_.at(v); }), 0};
+      Refill refill{sorted(disk.quads), filled(disk.sides, disk.quads.size(), [&](uint32_t v) { return web_.at(v); }),
+                    0};
       refill.gain = disk.uneven - refill.fill.irregular;
       // An edge that leads from border to border must be none outside.
       bool clear = !refill.fill.quads.empty();
@@ -137,8 +175,8 @@ bool QuadPatches::from(const std::vector<uint32_t>& first, size_t most,
         for (size_t s = 0; s < 4 && clear; ++s) {
           const uint32_t from = quad[s], to = quad[(s + 1) & 3];
           if (from >= QuadFill::kAdded || to >= QuadFill::kAdded || border.contains({from, to})) continue;
-          ++now_;
-          for (const uint32_t f : disk.quads) stamp_[f] = now_;
+          ++inDisk_;
+          for (const uint32_t f : disk.quads) stamp_[f] = inDisk_;
           for (const uint32_t f : web_.around(from)) {
             const auto& q = web_.quad(f);
             const auto at = size_t(std::find(q.begin(), q.end(), from) - q.begin());
@@ -148,7 +186,7 @@ bool QuadPatches::from(const std::vector<uint32_t>& first, size_t most,
       if (clear && refill.gain > 0 && take(refill)) return true;
     }
     for (const BorderSide& side : disk.sides) {
-      Disk next{disk.quads, {}, 0};
+      Disk next{.quads = disk.quads};
       for (size_t k = 0; k + 1 < side.size(); ++k) next.quads.push_back(web_.across(side[k + 1], side[k]));
       offer(std::move(next));
     }

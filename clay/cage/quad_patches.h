@@ -1,6 +1,7 @@
 #pragma once
 // Disks of quads that could be filled with fewer vertices of other than four quads.
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <vector>
@@ -31,19 +32,35 @@ class QuadPatches {
 
  private:
   struct Disk {
-    std::vector<uint32_t> quads;  // sorted
-    std::vector<BorderSide> sides;
+    std::vector<uint32_t> quads;
+    std::vector<BorderSide> sides = {};
     int uneven = 0;  // of what could become better
+    size_t found = 0;
+  };
+  struct Side {
+    uint32_t to = 0, quad = 0;
+    bool isCrease = false;
+  };
+  // Of the disk that is looked at: sides of its quads that begin here, and where its border goes on.
+  struct AtVertex {
+    uint64_t stamp = 0;
+    size_t sides = 0, begins = 0;
+    std::array<Side, QuadWeb::kMostOnCrease> of;
+    Side next;
+    bool isCorner = false;
   };
   bool from(const std::vector<uint32_t>& first, size_t most, const std::function<bool(const Refill&)>& take);
   // False: it cannot be a disk with straight sides.
   bool straighten(Disk& disk, size_t most);
-  [[nodiscard]] bool isIn(uint32_t quad) const { return quad < stamp_.size() && stamp_[quad] == now_; }
+  [[nodiscard]] bool isIn(uint32_t quad) const { return stamp_[quad] == inDisk_; }
   void put(Disk& disk, uint32_t quad);
+  AtVertex& at(uint32_t vertex);
 
   const QuadWeb& web_;
-  std::vector<uint32_t> stamp_;
-  uint32_t now_ = 0;
+  std::vector<uint64_t> stamp_;
+  uint64_t inDisk_ = 0, now_ = 0;
+  std::vector<AtVertex> at_;
+  std::vector<uint32_t> vertices_, sector_;
 };
 
 }  // namespace argil::clay

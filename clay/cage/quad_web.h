@@ -88,7 +88,7 @@ class QuadWeb {
 
  private:
   static constexpr uint32_t kGone = UINT32_MAX;
-  static constexpr int kHalfTurn = 6;
+  static constexpr int kHalfTurn = 12;
   struct Six {
     uint32_t other = 0;                // the quad on the other side
     std::array<uint32_t, 6> vertices;  // around both, the edge from 0 to 3
