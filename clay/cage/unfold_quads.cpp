@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
+#include <set>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -16,6 +19,7 @@ namespace {
 constexpr double kGood = 0.35, kRoom = 0.6;  // scaled Jacobians: of what is good, and what is wanted beside what is not
 constexpr double kBetter = 0.01;             // of what is lacking: a vertex moves for as much
 constexpr double kOfCrumb = 0.8;  // of a crumb's size: a box whose faces lie as far outside as its corners' clay inside
+constexpr size_t kMostLeft = 2000;  // crumbs of which it is not clear by their vertices whose clay they are
 constexpr int kRounds = 30;
 // Of an edge: so far middles may lie off the surface, or as far as they did; and at last.
 constexpr double kOff = 0.15, kMostOff = 0.4;
@@ -117,13 +121,11 @@ class Unfolding {
     const bool bad = std::any_of(quads.begin(), quads.end(), [&](uint32_t f) { return worth(f) < kGood; });
     if (known != 8 || !closed || !bad) return;
 
-    // The axes of the clay's own body, and how far it reaches along them. Where its vertices have come to lie on
-    // another body, or others on its own, nobody knows which that is.
+    // The axes of the clay's own body, and how far it reaches along them.
     if (bodies_.empty()) findBodies();
-    const uint32_t body = bodyAt_[first];
-    if (std::count(bodyAt_.begin(), bodyAt_.end(), body) != 8 ||
-        std::any_of(place.begin(), place.end(), [&](const auto& each) { return bodyAt_[each.first] != body; }))
-      return;
+    const auto own = clayOf_.find(meshBodies_[first]);
+    if (own == clayOf_.end()) return;
+    const uint32_t body = own->second;
     Vec3d mean = Vec3d::Zero();
     std::vector<Vec3d> points;
     for (uint32_t v = 0; v < bodies_.size(); ++v)
@@ -156,14 +158,43 @@ class Unfolding {
     for (const uint32_t f : quads) facing_[f] = facing(f);
   }
 
+  // Which body of the mesh goes around which of the clay: of each two the ones of which most vertices lie on the other,
+  // and of crumbs, whose vertices may all have come to lie on another body, those that are left and nearest.
   void findBodies() {
-    JoinedSets sets(surface_.positions.size());
+    JoinedSets sets(surface_.positions.size()), meshSets(mesh_.positions.size());
     for (const auto& t : surface_.triangles) sets.join(t[0], t[1]), sets.join(t[0], t[2]);
-    for (uint32_t v = 0; v < surface_.positions.size(); ++v) bodies_.push_back(sets.find(v));
-    for (const Vec3d& p : mesh_.positions) {
-      hint_ = tree_.nearest(p, hint_).triangle;
-      bodyAt_.push_back(bodies_[tree_.corners(hint_)[0]]);
+    for (const auto& q : mesh_.quads)
+      for (size_t s = 1; s < 4; ++s) meshSets.join(q[0], q[s]);
+    std::map<uint32_t, Eigen::AlignedBox3d> clay, mesh;
+    for (uint32_t v = 0; v < surface_.positions.size(); ++v) {
+      bodies_.push_back(sets.find(v));
+      clay[bodies_.back()].extend(surface_.positions[v]);
     }
+    std::map<std::pair<uint32_t, uint32_t>, int> votes;
+    for (uint32_t v = 0; v < mesh_.positions.size(); ++v) {
+      meshBodies_.push_back(meshSets.find(v));
+      mesh[meshBodies_.back()].extend(mesh_.positions[v]);
+      hint_ = tree_.nearest(mesh_.positions[v], hint_).triangle;
+      ++votes[{meshBodies_.back(), bodies_[tree_.corners(hint_)[0]]}];
+    }
+    if (clay.size() != mesh.size()) return;
+    std::set<uint32_t> taken;
+    std::vector<std::tuple<double, uint32_t, uint32_t>> pairs;
+    const auto join = [&] {
+      std::sort(pairs.begin(), pairs.end());
+      for (const auto& [cost, of, on] : pairs)
+        if (!clayOf_.contains(of) && taken.insert(on).second) clayOf_[of] = on;
+      pairs.clear();
+    };
+    for (const auto& [pair, count] : votes) pairs.emplace_back(-count, pair.first, pair.second);
+    join();
+    const size_t left = mesh.size() - taken.size();
+    if (left > kMostLeft) return;
+    for (const auto& [of, box] : mesh)
+      for (const auto& [on, other] : clay)
+        if (!clayOf_.contains(of) && !taken.contains(on))
+          pairs.emplace_back((box.center() - other.center()).norm(), of, on);
+    join();
   }
 
   // Of the surface at a quad's middle.
@@ -275,7 +306,8 @@ class Unfolding {
   const CreaseMap& creases_;
   std::vector<std::vector<uint32_t>> around_;
   std::vector<Vec3d> facing_;
-  std::vector<uint32_t> bodies_, bodyAt_;  // of the surface's vertices, and nearest to the mesh's, once a crumb asks
+  std::vector<uint32_t> bodies_, meshBodies_;  // of the surface's vertices and the mesh's, once a crumb asks
+  std::map<uint32_t, uint32_t> clayOf_;        // bodies of the surface by those of the mesh
   std::vector<bool> corner_, onCrease_, hopeless_;
   bool last_ = false;
   double off_ = 0;
