@@ -39,6 +39,7 @@ namespace fs = std::filesystem;
 constexpr double kSizeMm = 100, kVoxelMm = 0.25;
 constexpr size_t kFewQuads = 500, kQuads = 2000, kManyQuads = 10000;
 constexpr double kSculptVoxelMm = 0.5;
+constexpr double kBadJacobian = 0.2, kEnough = 0.95;
 constexpr const char* kBlender = "/usr/bin/blender";
 
 // Remeshes the first file to so many quads, unwraps the result, writes it to the second, and tells of it.
@@ -140,9 +141,21 @@ struct Totals {
   size_t models = 0, refused = 0, peerRefused = 0, peers = 0;
   double worstShare = 0;                              // the largest deviation, of the model's size
   std::vector<double> irregular, rms, most, seconds;  // ours of the peer's
+  std::vector<double> least;                          // scaled Jacobians
+  size_t bad = 0, quads = 0, few = 0;                 // quads below kBadJacobian, all; models with fewer than asked for
   size_t charts = 0;
   double stretch = 0, covered = 1;
 };
+
+// Of edges that lie on creases, mm; each is a side of two quads.
+double creasesIn(const QuadMesh& mesh) {
+  double length = 0;
+  for (size_t f = 0; f < mesh.creases.size(); ++f)
+    for (size_t s = 0; s < 4; ++s)
+      if ((mesh.creases[f] >> s & 1) != 0)
+        length += 0.5 * (mesh.positions[mesh.quads[f][s]] - mesh.positions[mesh.quads[f][(s + 1) & 3]]).norm();
+  return length;
+}
 
 void quadsOf(BenchReport& report, const BenchOptions& options, const std::string& name, const Version& version,
              size_t quads, const fs::path& folder, bool beside, Totals& totals) {
@@ -166,6 +179,13 @@ void quadsOf(BenchReport& report, const BenchOptions& options, const std::string
   const Stopwatch flat;
   const UvMap map = unwrapped(mesh, {}, WorkPart(options.job));
   const double flatUs = flat.us();
+  const auto bad = static_cast<size_t>(
+      std::ranges::count_if(mesh.quads, [&](const auto& quad) { return scaledJacobian(mesh, quad) < kBadJacobian; }));
+  totals.least.push_back(shapes.least);
+  totals.bad += bad;
+  totals.quads += mesh.quads.size();
+  if (double(mesh.quads.size()) < kEnough * double(quads)) ++totals.few;
+  const double creases = made.maker->creases().lengthMm();
   const size_t irregular = QuadTopology(mesh.positions.size(), mesh.quads).irregular();  // on creases as elsewhere
   const Deviation off = deviation(surface, trianglesOf(mesh));
   Vec3d low = surface.positions.front(), high = low;
@@ -180,10 +200,11 @@ void quadsOf(BenchReport& report, const BenchOptions& options, const std::string
   BenchResult result = samples.result(fmt::format("cad/quads/{}/{}", name, quads));
   result.threads = threads;
   result.note = fmt::format(
-      "{} quads, halved {} times; {} irregular; scaled Jacobian {:.2f} in the mean, {:.2f} at least; off {:.2g} RMS "
-      "{:.2g} most mm; {} charts, {:.0f} % covered, stretch {:.4f}, {:.1f} s",
-      mesh.quads.size(), made.halvings, irregular, shapes.mean, shapes.least, off.rmsMm, off.most(), map.charts,
+      "{} quads, halved {} times; {} irregular; scaled Jacobian {:.2f} in the mean, {:.2f} at least, {} below "
+      "0.2; off {:.2g} RMS {:.2g} most mm; {} charts, {:.0f} % covered, stretch {:.4f}, {:.1f} s",
+      mesh.quads.size(), made.halvings, irregular, shapes.mean, shapes.least, bad, off.rmsMm, off.most(), map.charts,
       100 * map.covered, map.stretch, flatUs * 1e-6);
+  if (creases > 0) result.note += fmt::format("; {:.1f} % of creases are edges", 100 * creasesIn(mesh) / creases);
   // Of the fine surface QuadriFlow refuses edges without a length, which lie on creases.
   Surface draft(false);
   if (beside) draft.update(version, threads);
@@ -275,6 +296,14 @@ void tell(BenchReport& report, const char* what, const Totals& totals) {
                   "{:.1f} % of the size",
                   what, totals.refused, totals.models, totals.charts, totals.stretch, 100 * totals.covered,
                   100 * totals.worstShare));
+  if (std::vector<double> least = totals.least; !least.empty()) {
+    std::sort(least.begin(), least.end());
+    report.heading(
+        fmt::format("{}: least scaled Jacobian {:.2f} in the median; {} of {} quads below 0.2, none in {} models; {} "
+                    "models have fewer than 95 % of the quads that were asked for",
+                    what, least[least.size() / 2], totals.bad, totals.quads,
+                    std::ranges::count_if(least, [](double each) { return each >= kBadJacobian; }), totals.few));
+  }
   if (!totals.rms.empty())
     report.heading(fmt::format(
         "{}, of QuadriFlow's, mean over {} models: irregular {:.2f}, RMS {:.2f}, most {:.2f}, seconds {:.1f}; it "

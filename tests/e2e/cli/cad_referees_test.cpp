@@ -1,0 +1,112 @@
+// What other programs say of the solids that we write as STEP: OpenCASCADE's own check, FreeCAD's with
+// self-intersections, and gmsh, whose triangles of it admesh looks at. Programs that are not installed are skipped with
+// a word.
+
+#include "tests/e2e/support/command.h"
+
+#include <cmath>
+#include <map>
+#include <regex>
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace argil::tests {
+namespace {
+
+bool installed(const std::string& program) {
+  return std::system(("command -v " + program + " >/dev/null 2>&1").c_str()) == 0;
+}
+
+class LongCadReferees : public testing::TestWithParam<const char*> {
+ protected:
+  void SetUp() override {
+    const std::string name = GetParam();
+    std::string setup = "[]", steps = R"({"operation": "ring", "name": "Ring", "radius_mm": 20, "tube_mm": 7})";
+    if (name == "block") steps = R"({"operation": "block", "name": "Block", "size_mm": [40, 30, 20]})";
+    if (name.ends_with(".obj")) {
+      const char* data = std::getenv("ARGIL_DATA");
+      if (!data) GTEST_SKIP() << "ARGIL_DATA is not set: no model of another program";
+      setup =
+          R"([{"import": ")" + (fs::path(data) / "mesh" / name).string() + R"("}, {"fit_mm": 100}, {"voxel_mm": 0.5}])";
+      steps.clear();
+    }
+    spill(scratch / "script.json",
+          R"({"argil": 1, "units": "mm", "setup": )" + setup + R"(, "strokes": [)" + steps + "]}");
+    Outcome made = argil({"sculpt", (scratch / "script.json").string(), "-o", (scratch / "clay.argil").string()});
+    ASSERT_EQ(made.code, 0) << made.err;
+    made = argil({"convert", (scratch / "clay.argil").string(), step.string(), "--faces", "300"});
+    ASSERT_EQ(made.code, 0) << made.err;
+    std::printf("%s", made.out.c_str());
+    const Outcome inspected = argil({"inspect", (scratch / "clay.argil").string()});
+    std::smatch found;
+    ASSERT_TRUE(std::regex_search(inspected.out, found, std::regex("volume +([0-9.]+) mm"))) << inspected.out;
+    volume = std::stod(found[1]);
+  }
+  std::string outputOf(const std::string& command) {
+    const fs::path out = scratch / "said.txt";
+    const int code =
+        std::system(("cd " + (scratch / "").string() + " && " + command + " >" + out.string() + " 2>&1").c_str());
+    EXPECT_EQ(code, 0) << command << "\n" << slurp(out);
+    return slurp(out);
+  }
+  void spill(const fs::path& file, const std::string& text) { std::ofstream(file) << text; }
+  double numberAfter(const std::string& text, const std::string& words) {
+    std::smatch found;
+    if (std::regex_search(text, found, std::regex(words + " *:? *([-+0-9.e]+)"))) return std::stod(found[1]);
+    ADD_FAILURE() << words << " is not in\n" << text;
+    return 0;
+  }
+
+  Scratch scratch;
+  fs::path step = scratch / "clay.step";
+  double volume = 0;
+};
+
+TEST_P(LongCadReferees, EachEdgeIsUsedTwice) {
+  std::string text = slurp(step);
+  std::erase(text, '\n');
+  std::map<std::string, int> uses;
+  const std::regex edge("#([0-9]+)=EDGE_CURVE\\("), use("ORIENTED_EDGE\\('[^']*',\\*,\\*,#([0-9]+),");
+  for (std::sregex_iterator it(text.begin(), text.end(), edge), end; it != end; ++it) uses[(*it)[1]];
+  for (std::sregex_iterator it(text.begin(), text.end(), use), end; it != end; ++it) ++uses[(*it)[1]];
+  ASSERT_GT(uses.size(), 100u);
+  for (const auto& [name, count] : uses) EXPECT_EQ(count, 2) << "edge #" << name;
+}
+
+TEST_P(LongCadReferees, OpenCascadeFindsItValid) {
+  if (!installed("occt-draw-7.6")) GTEST_SKIP() << "occt-draw-7.6 (package occt-draw) is not installed";
+  spill(scratch / "t.tcl",
+        "pload MODELING XDE\nstepread clay.step a *\nputs [checkshape a_1]\nputs [nbshapes a_1]\nputs [tolerance a_1]\n"
+        "puts [vprops a_1 1e-4]\n");
+  const std::string said = outputOf("occt-draw-7.6 -b -f t.tcl");
+  EXPECT_NE(said.find("This shape seems to be valid"), std::string::npos) << said;
+  EXPECT_EQ(numberAfter(said, "SOLID"), 1);
+  EXPECT_LE(numberAfter(said, "Tolerance MAX="), 1.01e-7);
+  EXPECT_NEAR(numberAfter(said, "Mass") / volume, 1, 2e-3);
+}
+
+TEST_P(LongCadReferees, FreeCadFindsNothing) {
+  if (!installed("freecadcmd")) GTEST_SKIP() << "freecadcmd (package freecad-python3) is not installed";
+  spill(scratch / "t.py",
+        "import Part\ns = Part.Shape()\ns.read('clay.step')\nprint('valid', s.isValid())\nprint('check', "
+        "s.check(True))\n");
+  const std::string said = outputOf("freecadcmd t.py </dev/null");
+  EXPECT_NE(said.find("valid True"), std::string::npos) << said;
+  EXPECT_NE(said.find("check None"), std::string::npos) << said;
+}
+
+TEST_P(LongCadReferees, TrianglesOfItAreClosed) {
+  if (!installed("gmsh") || !installed("admesh")) GTEST_SKIP() << "gmsh or admesh is not installed";
+  (void)outputOf("gmsh -2 clay.step -format stl -clcurv 24 -o mesh.stl");
+  const std::string said = outputOf("admesh mesh.stl");
+  EXPECT_EQ(numberAfter(said, "Total disconnected facets"), 0);
+  EXPECT_EQ(numberAfter(said, "Number of parts"), 1);
+  EXPECT_EQ(numberAfter(said, "Degenerate facets"), 0);
+  EXPECT_NEAR(numberAfter(said, "Volume") / volume, 1, 1e-2);
+}
+
+INSTANTIATE_TEST_SUITE_P(Clay, LongCadReferees, testing::Values("ring", "block", "fandisk.obj", "koala_100k.obj"));
+
+}  // namespace
+}  // namespace argil::tests
