@@ -29,13 +29,14 @@ constexpr double kNearPlane = 0.75;     // voxels: so near to it a half's quads 
 constexpr int kHalves = 6;              // tries until one has as many quads as are asked for
 constexpr double kEnough = 0.95, kBelow = 0.985;
 // Layouts of one clay differ, from count to count and from limit to limit, by a third in irregular vertices and in what
-// they leave out: of some the best is taken. Of many quads fewer are drawn, which take long.
+// they leave out: of some the best is taken. Fewer are drawn of many quads, which take long, and of cages that are to
+// be halved, which have fewer irregular vertices anyway.
 struct Layout {
   double share;  // of the quads that are asked for
   bool regular;  // as in coarsened()
 };
 constexpr std::array<Layout, 4> kLayouts{{{1, true}, {1, false}, {0.985, true}, {0.985, false}}};
-constexpr size_t kManyQuads = 1300, kLayoutsOfMany = 2;
+constexpr size_t kManyQuads = 1300, kFewLayouts = 2;
 constexpr double kBadJacobian = 0.2, kBadQuad = 4;  // such a quad counts as so many irregular vertices,
 constexpr double kAnyway = 8;                       // and every layout has about as many that none can do without
 constexpr double kOfMost = 0.2;                     // what the largest distance counts beside the RMS
@@ -97,13 +98,13 @@ double lackOf(QuadMesh mesh, const CageMaker& maker, const WorkPart& part) {
 }
 
 // The same for any count of threads.
-QuadMesh bestLayout(const CageMaker& maker, size_t most, int threads, const WorkPart& part) {
+QuadMesh bestLayout(const CageMaker& maker, size_t most, bool toHalve, int threads, const WorkPart& part) {
   struct Drawn {
     QuadMesh mesh;
     double lack = HUGE_VAL;
     std::exception_ptr refused;
   };
-  std::vector<Drawn> drawn(most > kManyQuads ? kLayoutsOfMany : kLayouts.size());
+  std::vector<Drawn> drawn(toHalve || most > kManyQuads ? kFewLayouts : kLayouts.size());
   const auto draw = [&](size_t first, size_t last) {
     for (size_t i = first; i < last; ++i) {
       const WorkPart own = i == 0 ? part : part.beside();
@@ -129,7 +130,7 @@ QuadMesh bestLayout(const CageMaker& maker, size_t most, int threads, const Work
 // takes, which is seen when they are. `onlyGood`: of those that are not, the first will do.
 QuadMesh cageOf(const CageMaker& maker, size_t most, const std::optional<EndPlane>& end, bool onlyGood, int threads,
                 const WorkPart& part) {
-  if (!end) return bestLayout(maker, most, threads, part);
+  if (!end) return bestLayout(maker, most, onlyGood, threads, part);
   double asked = double(most) / (1 - shareInEnd(maker, *end));
   QuadMesh best, over;
   double bestCount = 0;
