@@ -40,7 +40,7 @@ constexpr size_t kManyQuads = 1300, kFewLayouts = 2;
 constexpr double kBadJacobian = 0.2, kBadQuad = 4;  // such a quad counts as so many irregular vertices,
 constexpr double kAnyway = 8;                       // and every layout has about as many that none can do without
 constexpr double kOfMost = 0.2;                     // what the largest distance counts beside the RMS
-constexpr size_t kPlaces = 4000;                    // of the surface, where distances are taken
+constexpr size_t kPlaces = 20000;                   // of the surface, where distances are taken
 constexpr double kShareOfCage = 0.8, kShareOfHalf = 0.95, kShareOfFit = 0.9;
 
 // Quads that do not lie in the end of a half: how many, and their mean scaled Jacobian.
@@ -86,15 +86,27 @@ double lackOf(QuadMesh mesh, const CageMaker& maker, const WorkPart& part) {
     triangles.triangles.push_back({quad[0], quad[1], quad[2]});
     triangles.triangles.push_back({quad[0], quad[2], quad[3]});
   }
-  const NearestTriangle tree(triangles);
-  const size_t step = 1 + surface.positions.size() / kPlaces;
-  double sum = 0, most = 0, count = 0;
-  for (size_t v = 0; v < surface.positions.size(); v += step, ++count) {
-    const double squared = tree.nearest(surface.positions[v]).squared;
-    sum += squared;
-    most = std::max(most, squared);
-  }
-  return lack * (std::sqrt(sum / count) + kOfMost * std::sqrt(most));
+  // Both ways, as for all that is told of distances.
+  double rms = 0, most = 0;
+  const auto measure = [&](size_t count, const NearestTriangle& to, const auto& place) {
+    double sum = 0;
+    uint32_t hint = UINT32_MAX;
+    for (size_t i = 0; i < count; ++i) {
+      const NearestTriangle::Hit hit = to.nearest(place(i), hint);
+      hint = hit.triangle;
+      sum += hit.squared / double(count);
+      most = std::max(most, std::sqrt(hit.squared));
+    }
+    rms = std::max(rms, std::sqrt(sum));
+  };
+  const size_t all = surface.positions.size(), step = 1 + all / kPlaces;
+  measure(1 + (all - 1) / step, NearestTriangle(triangles), [&](size_t i) { return surface.positions[i * step]; });
+  measure(4 * mesh.quads.size(), maker.tree(), [&](size_t i) {
+    const auto& q = mesh.quads[i / 4];
+    const Vec3d &a = mesh.positions[q[i & 3]], &b = mesh.positions[q[(i + 1) & 3]], &c = mesh.positions[q[(i + 2) & 3]];
+    return i % 2 == 0 ? Vec3d((a + b + c) / 3) : Vec3d(0.5 * (a + b));
+  });
+  return lack * (rms + kOfMost * most);
 }
 
 // The same for any count of threads.
@@ -111,7 +123,7 @@ QuadMesh bestLayout(const CageMaker& maker, size_t most, bool toHalve, int threa
       try {
         drawn[i].mesh =
             maker.make(own, static_cast<size_t>(kLayouts[i].share * double(most)), kLayouts[i].regular).mesh;
-        drawn[i].lack = lackOf(drawn[i].mesh, maker, own.part(1, 1));
+        if (const double lack = lackOf(drawn[i].mesh, maker, own.part(1, 1)); std::isfinite(lack)) drawn[i].lack = lack;
       } catch (const Cancelled&) {
         throw;
       } catch (const Error&) {
@@ -120,8 +132,9 @@ QuadMesh bestLayout(const CageMaker& maker, size_t most, bool toHalve, int threa
     }
   };
   parallelBlocks(drawn.size(), threads, draw, 1);
-  const auto best =
-      std::min_element(drawn.begin(), drawn.end(), [](const Drawn& a, const Drawn& b) { return a.lack < b.lack; });
+  const auto best = std::min_element(drawn.begin(), drawn.end(), [](const Drawn& a, const Drawn& b) {
+    return std::pair(a.mesh.quads.empty(), a.lack) < std::pair(b.mesh.quads.empty(), b.lack);
+  });
   if (best->mesh.quads.empty()) std::rethrow_exception(drawn.front().refused);
   return std::move(best->mesh);
 }

@@ -10,6 +10,7 @@
 #include "clay/base/error.h"
 #include "clay/cage/fit_quads.h"
 #include "clay/cage/flat_quads.h"
+#include "clay/cage/unfold_quads.h"
 #include "clay/field/primitives.h"
 #include "clay/mesh/reduce.h"
 #include "clay/store/store.h"
@@ -169,6 +170,56 @@ void expectMirrored(const FlatQuads& made, size_t inPlane) {
 }
 
 // To the bit, wherever the plane lies among the voxels; creases of the clay that cross it stay.
+// What a layout lacks as it ends: irregular vertices and bad quads, times distances (NOTES.md, "Layouts").
+double lackOf(const QuadMesh& mesh, const CageMaker& maker) {
+  double lack = 8 + double(QuadTopology(mesh).irregular());
+  for (const auto& quad : mesh.quads) lack += scaledJacobian(mesh, quad) < 0.2 ? 4 : 0;
+  const Deviation off = deviation(maker.surface(), trianglesOf(mesh));
+  return lack * (off.rmsMm + 0.2 * off.most());
+}
+
+TEST(FlatQuads, AreTheBestOfFourLayouts) {
+  for (const Version& clay : {urchin(), potato()}) {
+    const FlatQuads made = flatQuads(clay, 450, false, 1, WorkPart(nullptr));
+    const FlatQuads again = flatQuads(clay, 450, false, 3, WorkPart(nullptr));
+    ASSERT_EQ(made.mesh.quads, again.mesh.quads);
+    ASSERT_EQ(made.mesh.positions, again.mesh.positions);
+    const double own = lackOf(made.mesh, *made.maker);
+    double most = 0;
+    for (const size_t count : {size_t{450}, size_t{443}})
+      for (const bool regular : {true, false}) {
+        QuadMesh mesh = made.maker->make(WorkPart(nullptr), count, regular).mesh;
+        unfoldQuads(mesh, made.maker->surface(), made.maker->tree(), made.maker->creases(), WorkPart(nullptr));
+        fitQuads(mesh, made.maker->surface(), made.maker->tree(), made.maker->creases(), 1, WorkPart(nullptr));
+        const double lack = lackOf(mesh, *made.maker);
+        EXPECT_LT(own, 1.05 * lack) << count << (regular ? " regular" : " near");  // both ways, not from places alone
+        most = std::max(most, lack);
+      }
+    EXPECT_GT(most, 1.1 * own) << "they differ";
+  }
+}
+
+TEST(FlatQuads, LayoutsThatMayGoFartherHaveFewerIrregularVertices) {
+  size_t near = 0, regular = 0;
+  for (const Version& clay : {urchin(), potato()}) {
+    const CageMaker maker(clay, 450, true, 2, WorkPart(nullptr));
+    near += QuadTopology(maker.make(WorkPart(nullptr), 450, false).mesh).irregular();
+    regular += QuadTopology(maker.make(WorkPart(nullptr), 450, true).mesh).irregular();
+  }
+  std::printf("%zu and %zu irregular vertices\n", near, regular);
+  EXPECT_LT(regular, near);
+}
+
+TEST(WorkPart, BesideAnotherTellsNothingAndCanBeCancelled) {
+  Job job;
+  WorkPart(&job, 0.2, 0.6).step(0.5);
+  const WorkPart beside = WorkPart(&job).beside().part(0.5, 1);
+  beside.step(0.5);
+  EXPECT_DOUBLE_EQ(job.fraction(), 0.4);
+  job.cancel();
+  EXPECT_THROW(beside.step(0.6), Cancelled);
+}
+
 TEST(FlatQuads, OfAMirroredClayAreMirrored) {
   for (const auto& [at, asked] : {std::pair{0.0, size_t{500}}, {3.75, size_t{2000}}, {-11.17, size_t{300}}}) {
     const FlatQuads made = flatQuads(beast(at, body(at)), asked, true, 2, WorkPart(nullptr));
