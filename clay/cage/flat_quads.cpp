@@ -29,8 +29,8 @@ constexpr double kNearPlane = 0.75;     // voxels: so near to it a half's quads 
 constexpr int kHalves = 6;              // tries until one has as many quads as are asked for
 constexpr double kEnough = 0.95, kBelow = 0.985;
 // Layouts of one clay differ, from count to count and from limit to limit, by a third in irregular vertices and in what
-// they leave out: of some the best is taken. Fewer are drawn of many quads, which take long, and of cages that are to
-// be halved, which have fewer irregular vertices anyway.
+// they leave out: of some the best is taken. Fewer are drawn of many quads, which take long, and of cages without
+// creases that are to be halved, which have few irregular vertices anyway.
 struct Layout {
   double share;  // of the quads that are asked for
   bool regular;  // as in coarsened()
@@ -116,7 +116,8 @@ QuadMesh bestLayout(const CageMaker& maker, size_t most, bool toHalve, int threa
     double lack = HUGE_VAL;
     std::exception_ptr refused;
   };
-  std::vector<Drawn> drawn(toHalve || most > kManyQuads ? kFewLayouts : kLayouts.size());
+  const bool few = most > kManyQuads || (toHalve && maker.creases().empty());
+  std::vector<Drawn> drawn(few ? kFewLayouts : kLayouts.size());
   const auto draw = [&](size_t first, size_t last) {
     for (size_t i = first; i < last; ++i) {
       const WorkPart own = i == 0 ? part : part.beside();
