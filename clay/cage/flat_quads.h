@@ -21,11 +21,12 @@ struct FlatQuads {
   std::vector<uint32_t> image;        ///< then of each vertex its image, or itself in the plane.
 };
 
-/// At most `most` quads around a clay, of its shape. Where a cage of a quarter or a sixteenth of them, and of 500 and
-/// more, has good corners, its quads are halved: that leaves its irregular vertices alone, which are fewer, and takes a
-/// fraction of the time. `mirrored`: of a clay that a plane normal to an axis mirrors within two voxels one half is
-/// drawn and mirrored, if that can be. Throws as CageMaker. Cost: some seconds, mirrored twice as many. The same for
-/// any count of threads.
+/// At most `most` quads around a clay, of its shape: the best of two or four layouts, which differ in irregular
+/// vertices, bad corners and distances. Where a cage of a quarter or a sixteenth of them, and of 500 and more, has good
+/// corners, its quads are halved: that leaves its irregular vertices alone, which are fewer, and takes a fraction of
+/// the time. `mirrored`: of a clay that a plane normal to an axis mirrors within two voxels one half is drawn and
+/// mirrored, if that can be. Throws as CageMaker. Cost: some seconds, mirrored twice as many. The same for any count of
+/// threads.
 [[nodiscard]] FlatQuads flatQuads(const Version& version, size_t most, bool mirrored, int threads,
                                   const WorkPart& part);
 

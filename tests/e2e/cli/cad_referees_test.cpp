@@ -2,7 +2,7 @@
 // self-intersections, and gmsh, whose triangles of it admesh looks at. Programs that are not installed are skipped with
 // a word.
 
-#include "tests/e2e/support/command.h"
+#include "tests/e2e/support/referees.h"
 
 #include <cmath>
 #include <map>
@@ -13,12 +13,6 @@
 
 namespace argil::tests {
 namespace {
-
-bool installed(const std::string& program) {
-  const bool is = std::system(("command -v " + program + " >/dev/null 2>&1").c_str()) == 0;
-  if (!is) std::printf("%s is not installed: not asked\n", program.c_str());
-  return is;
-}
 
 class CadReferees : public testing::TestWithParam<const char*> {
  protected:
@@ -45,13 +39,6 @@ class CadReferees : public testing::TestWithParam<const char*> {
     std::smatch found;
     ASSERT_TRUE(std::regex_search(inspected.out, found, std::regex("volume +([0-9.]+) mm"))) << inspected.out;
     volume = name == "block" ? 40 * 30 * 20 : std::stod(found[1]);  // what is told of it cuts off its edges
-  }
-  std::string outputOf(const std::string& command) {
-    const fs::path out = scratch / "said.txt";
-    const int code =
-        std::system(("cd " + (scratch / "").string() + " && " + command + " >" + out.string() + " 2>&1").c_str());
-    EXPECT_EQ(code, 0) << command << "\n" << slurp(out);
-    return slurp(out);
   }
   void spill(const fs::path& file, const std::string& text) { std::ofstream(file) << text; }
   double numberAfter(const std::string& text, const std::string& words) {
@@ -88,7 +75,7 @@ void CadReferees::askOpenCascade() {
   spill(scratch / "t.tcl",
         "pload MODELING XDE\nstepread clay.step a *\nputs [checkshape a_1]\nputs [nbshapes a_1]\nputs [tolerance a_1]\n"
         "puts [vprops a_1 1e-4]\n");
-  const std::string said = outputOf("occt-draw-7.6 -b -f t.tcl");
+  const std::string said = outputOf("occt-draw-7.6 -b -f t.tcl", scratch / "");
   EXPECT_NE(said.find("This shape seems to be valid"), std::string::npos) << said;
   EXPECT_EQ(numberAfter(said, "SOLID"), 1);
   EXPECT_LE(numberAfter(said, "Tolerance MAX="), 1.01e-7);
@@ -100,7 +87,7 @@ void CadReferees::askFreeCad() {
   spill(scratch / "t.py",
         "import Part\ns = Part.Shape()\ns.read('clay.step')\nprint('valid', s.isValid())\nprint('check', "
         "s.check(True))\n");
-  const std::string said = outputOf("freecadcmd t.py </dev/null");
+  const std::string said = outputOf("freecadcmd t.py </dev/null", scratch / "");
   EXPECT_NE(said.find("valid True"), std::string::npos) << said;
   // Where we tell of folds it may find them, too.
   if (!toldOfFolds) {
@@ -111,8 +98,8 @@ void CadReferees::askFreeCad() {
 void CadReferees::askGmsh() {
   if (!installed("gmsh") || !installed("admesh")) return;
   // By length: where a corner of a face is half a turn, sizes by curvature (-clcurv) fall to nothing.
-  (void)outputOf("gmsh -2 clay.step -format stl -clmax 1 -o mesh.stl");
-  const std::string said = outputOf("admesh mesh.stl");
+  (void)outputOf("gmsh -2 clay.step -format stl -clmax 1 -o mesh.stl", scratch / "");
+  const std::string said = outputOf("admesh mesh.stl", scratch / "");
   EXPECT_EQ(numberAfter(said, "Total disconnected facets"), 0);
   EXPECT_EQ(numberAfter(said, "Number of parts"), 1);
   EXPECT_EQ(numberAfter(said, "Degenerate facets"), 0);

@@ -3,7 +3,7 @@
 // has them; gltf-validator of npm. What they make of hand-made cases is in unit_engine, LongFormatMatrix; lib3mf reads
 // what we write in unit_io, and gltf-validator the odd cases.
 
-#include "tests/e2e/support/command.h"
+#include "tests/e2e/support/referees.h"
 
 #include <algorithm>
 #include <cmath>
@@ -20,17 +20,6 @@ namespace argil::tests {
 namespace {
 
 using Json = nlohmann::json;
-
-bool installed(const std::string& program) {
-  return std::system(("command -v " + program + " >/dev/null 2>&1").c_str()) == 0;
-}
-
-std::string outputOf(const std::string& command, const fs::path& scratch) {
-  const fs::path out = scratch / "said.txt";
-  const int code = std::system(("cd " + scratch.string() + " && " + command + " >" + out.string() + " 2>&1").c_str());
-  EXPECT_EQ(code, 0) << command << "\n" << slurp(out);
-  return slurp(out);
-}
 
 // One colour a vertex, smooth over 20 mm.
 void writeBall(const fs::path& file) {
