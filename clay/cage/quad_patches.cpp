@@ -133,6 +133,41 @@ bool QuadPatches::straighten(Disk& disk, size_t most) {
   return walked == border && disk.sides.size() >= 2 && disk.sides.size() <= kSides;
 }
 
+std::optional<Refill> QuadPatches::notAlone(uint32_t quad, int corner, bool forward) const {
+  const auto& q = web_.quad(quad);
+  const auto s = static_cast<size_t>(corner);
+  // Both quads as they lie beside the vertex, one way round or the other: v, beside, opposite, last; beside, far, next,
+  // opposite.
+  const uint32_t v = q[s], opposite = q[(s + 2) & 3], beside = q[(s + (forward ? 1 : 3)) & 3],
+                 last = q[(s + (forward ? 3 : 1)) & 3];
+  const QuadWeb::Sector at = web_.sectorOf(v, quad);
+  if (at.count != 1 || at.right != 2 || (web_.creases(quad) >> ((s + (forward ? 1 : 2)) & 3) & 1) != 0)
+    return std::nullopt;
+  const uint32_t other = forward ? web_.across(opposite, beside) : web_.across(beside, opposite);
+  const auto& o = web_.quad(other);
+  const auto t = static_cast<size_t>(std::find(o.begin(), o.end(), beside) - o.begin());
+  const uint32_t far = o[(t + (forward ? 1 : 3)) & 3], next = o[(t + 2) & 3];
+  std::array six{v, beside, far, next, opposite, last};
+  std::sort(six.begin(), six.end());
+  if (std::adjacent_find(six.begin(), six.end()) != six.end()) return std::nullopt;
+  Refill refill;
+  refill.quads = sorted({quad, other});
+  constexpr uint32_t kFirst = QuadFill::kAdded, kSecond = kFirst + 1;
+  refill.fill.quads = {{last, v, kFirst, opposite},
+                       {v, beside, kSecond, kFirst},
+                       {beside, far, next, kSecond},
+                       {next, opposite, kFirst, kSecond}};
+  if (!forward)
+    for (auto& each : refill.fill.quads) std::reverse(each.begin(), each.end());
+  refill.fill.added = {0.4 * web_.at(v) + 0.2 * web_.at(beside) + 0.4 * web_.at(opposite),
+                       0.5 * web_.at(beside) + 0.5 * web_.at(next)};
+  refill.fill.irregular = 2;
+  const QuadWeb::Sector atNext = web_.sectorOf(next, other);
+  refill.gain = at.uneven(0, true) + atNext.uneven(0, true) - atNext.uneven(1, true) - refill.fill.irregular;
+  if (refill.gain <= 0) return std::nullopt;
+  return refill;
+}
+
 bool QuadPatches::around(uint32_t vertex, size_t most, const std::function<bool(const Refill&)>& take) {
   std::vector<uint32_t> sector;
   for (const uint32_t f : std::vector(web_.around(vertex))) {

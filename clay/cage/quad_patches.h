@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "clay/cage/quad_fill.h"
@@ -26,6 +27,11 @@ struct Refill {
 class QuadPatches {
  public:
   explicit QuadPatches(const QuadWeb& web) : web_(web) {}
+
+  /// Where a line goes along both sides of a quad at a corner, so that the quad is alone on that side and has half a
+  /// turn there: it and the next one along the line become four, two of them at that vertex. With `forward` the next
+  /// one the way that the quad's sides go. None where those two are not as they must be, and where it is no gain.
+  [[nodiscard]] std::optional<Refill> notAlone(uint32_t quad, int corner, bool forward) const;
 
   /// Calls `take` with each that gains, until it says yes; whether it did. At most `most` quads in a disk.
   bool around(uint32_t vertex, size_t most, const std::function<bool(const Refill&)>& take);

@@ -78,6 +78,28 @@ void QuadWeb::setCrease(uint32_t from, uint32_t to, bool crease) {
   }
 }
 
+bool QuadWeb::joinFace(uint32_t quad, int corner) {
+  if (creases_[quad] != 15) return false;
+  const auto at = [&](int s) { return quads_[quad][static_cast<size_t>(corner + s) & 3]; };
+  const auto normal = [&](uint32_t f) {
+    const auto& o = quads_[f];
+    return (positions_[o[2]] - positions_[o[0]]).cross(positions_[o[3]] - positions_[o[1]]).normalized();
+  };
+  // How little the two sides at a corner turn: the cosines with what lies across. A line must end nowhere.
+  const Vec3d own = normal(quad);
+  const auto flat = [&](int s) {
+    if (creasesAt(at(s)) != 2) return -HUGE_VAL;
+    return own.dot(normal(across(at(s + 1), at(s)))) + own.dot(normal(across(at(s), at(s + 3))));
+  };
+  const double here = flat(0), opposite = flat(2);
+  const size_t first = creasesAt(at(1)), second = creasesAt(at(3));
+  const bool all = first == 2 && second == 2 && std::min(here, opposite) > -HUGE_VAL;
+  if (!all && (std::min(first, second) < 3 || std::max(here, opposite) == -HUGE_VAL)) return false;
+  for (int s = 0; s < 4; ++s)
+    if (all || (here >= opposite) == (s == 0 || s == 3)) setCrease(at(s), at(s + 1), false);
+  return true;
+}
+
 QuadWeb::Sector QuadWeb::sectorOf(uint32_t vertex, uint32_t quad, std::vector<uint32_t>* quads) const {
   const size_t creases = creasesAt(vertex);
   if (quads) *quads = creases == 0 ? around_[vertex] : std::vector{quad};

@@ -42,6 +42,11 @@ class QuadWeb {
   /// Of a vertex of four quads: the ends of the two lines of edges that cross there.
   [[nodiscard]] std::array<std::array<uint32_t, 2>, 2> linesThrough(uint32_t vertex) const;
 
+  /// Of a quad that is a face for itself, the two sides that meet at one of its corners, or those at the opposite one,
+  /// are creases no more, whichever turn less: it joins that face. Where no other line meets it, all four are none.
+  /// Whether it was such a quad, and no line ends there.
+  bool joinFace(uint32_t quad, int corner);
+
   /// How much nearer to four quads around every vertex the mesh would be, Σ (n − 4)² before less after; none where the
   /// change is refused. On a crease the quads between two of its edges count for themselves: two on a line, at a corner
   /// one for each right angle.
