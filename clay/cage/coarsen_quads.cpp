@@ -28,7 +28,7 @@ constexpr double kOfLine = 0.8;     // what a diagonal beside two edges of a lin
 // often their vertices are evened out, and how often all are looked for.
 constexpr double kOfAll = 0.5;
 constexpr size_t kMostInDisk = 400;
-constexpr double kLonger = 1.25;
+constexpr double kLonger = 1.25, kShort = 0.15;
 // Sizes: what they went around lies so near to them, at the end and at once; and of what is allowed, what lies so far
 // off the surface is not worse than before.
 struct DiskLimits {
@@ -179,7 +179,7 @@ class Coarsener {
       std::array ways{patches.notAlone(each.quad, each.corner, true), patches.notAlone(each.quad, each.corner, false)};
       if (ways[0] && ways[1] && ways[1]->gain > ways[0]->gain) std::swap(ways[0], ways[1]);
       if (web_.count() + kMoreQuads <= most)
-        (void)std::any_of(ways.begin(), ways.end(), [&](const auto& way) { return way && refilled(*way); });
+        (void)std::any_of(ways.begin(), ways.end(), [&](const auto& way) { return way && refilled(*way, kShort); });
     }
     on_.setStage(stage);
     if (web_.count() > before) refill(most, part);
@@ -261,7 +261,7 @@ class Coarsener {
     on_.setStage(stage);
   }
   struct Judged {
-    double jacobian = 1, off, longest = 0;
+    double jacobian = 1, off, longest = 0, shortest = INFINITY;
     int folded = 0;
   };
   Judged judged(const std::vector<uint32_t>& vertices) {
@@ -272,8 +272,11 @@ class Coarsener {
       out.folded += jacobian < WebOnSurface::kLeastJacobian;
       out.off = std::max(out.off, on_.offAround(v, web_.at(v)));
       web_.beside(v, beside_);
-      for (const uint32_t each : beside_)
-        out.longest = std::max(out.longest, (web_.at(v) - web_.at(each)).norm() / on_.sizeBetween(v, each));
+      for (const uint32_t each : beside_) {
+        const double length = (web_.at(v) - web_.at(each)).norm() / on_.sizeBetween(v, each);
+        out.longest = std::max(out.longest, length);
+        out.shortest = std::min(out.shortest, length);
+      }
     }
     return out;
   }
@@ -298,7 +301,7 @@ class Coarsener {
       });
     });
   }
-  bool refilled(const Refill& refill) {
+  bool refilled(const Refill& refill, double leastEdge = 0) {
     const std::vector<uint32_t> before = verticesOf(refill.quads);
     std::vector<Place> places;
     for (const uint32_t v : before) places.push_back(on_.placeOf(v));
@@ -324,7 +327,8 @@ class Coarsener {
     const Judged is = judged(after);
     const auto at = [&](uint32_t v) { return web_.at(v); };
     if (is.jacobian >= std::min(was.jacobian, WebOnSurface::kGoodJacobian) && is.folded <= was.folded &&
-        is.off <= was.off && is.longest <= kLonger * was.longest && goAround(made, at, places, limits_.away))
+        is.off <= was.off && is.longest <= kLonger * was.longest && is.shortest >= std::min(was.shortest, leastEdge) &&
+        goAround(made, at, places, limits_.away))
       return true;
     (void)on_.replace(quads, old, refill.quads);
     on_.takeBack(first);

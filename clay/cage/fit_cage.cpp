@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "clay/base/error.h"
 #include "clay/cage/net_fit.h"
@@ -16,6 +19,8 @@ constexpr int kTries = 3, kMostTries = 6;  // cages: more as long as all of them
 constexpr float kFoldOff = 8;              // a fold counts as so many times what patches lie off on average
 constexpr double kFoldedAllOver = 10;      // and so many more times where the count of folds ends
 constexpr FitEffort kTry{2, 6, 6}, kInFull{4, 8, 12};
+constexpr size_t kMostFits = 3;            // in full, as long as all of them fold;
+constexpr double kWorthFit = 4;            // of cages whose tries cost up to so many times the least
 constexpr int kTrySpan = 2, kPerSpan = 8;  // places along a span that deviations are taken at
 // Of fitPatchesWithin(): where it begins, how far it goes from try to try, and how much fewer are worth another.
 constexpr size_t kFirstQuads = 500, kFewestQuads = 24, kMostCounts = 6;
@@ -56,13 +61,22 @@ std::vector<float> offOf(const CageMaker& maker, const PatchSurface& surface) {
   return off;
 }
 
-// The best of some cages: folds weigh as well as distances; where no end of them is seen, most of all.
-struct BestCage {
-  CoarseCage cage;
-  double cost = INFINITY;
-  size_t folds = SIZE_MAX;
+// Folds weigh as well as distances; where no end of them is seen, most of all.
+double costOf(const PatchDeviation& deviation) {
+  const size_t folds = deviation.foldsMm.size();
+  return scoreOf(deviation) * (1 + double(folds)) * (folds < kMostFarPlaces ? 1 : kFoldedAllOver);
+}
 
-  [[nodiscard]] bool none() const { return cage.mesh.quads.empty(); }
+// Cages that were fitted for a try, the best first.
+struct TriedCages {
+  struct Tried {
+    CoarseCage cage;
+    double cost = INFINITY;
+    size_t folds = 0;
+  };
+  std::vector<Tried> cages;
+
+  [[nodiscard]] bool none() const { return cages.empty(); }
   // Throws where no cage is possible; with `elsewhere`, one of another kind, it is content with none.
   void take(bool elsewhere, CageMaker& maker, int tries, int mostTries, int threads, const WorkPart& part) {
     try {
@@ -72,24 +86,24 @@ struct BestCage {
     } catch (const Error&) {
       if (!elsewhere) throw;
     }
+    sort();
+  }
+  void sort() {
+    std::stable_sort(cages.begin(), cages.end(), [](const Tried& a, const Tried& b) { return a.cost < b.cost; });
   }
 
  private:
   void take(CageMaker& maker, int tries, int mostTries, int threads, const WorkPart& part) {
-    for (int i = 0; i < tries || (i < mostTries && folds > 0); ++i) {
+    bool folded = true;
+    for (int i = 0; i < tries || (i < mostTries && folded); ++i) {
       const int left = i < tries ? tries : mostTries;
       const WorkPart own = part.part(double(i) / left, double(i + 1) / left);
       CoarseCage made = maker.make(own.part(0, 0.3));
       const PatchSurface surface =
           fittedNet(made.mesh, maker.surface(), maker.tree(), maker.creases(), kTry, threads, own.part(0.3, 0.8));
       const PatchDeviation deviation = deviationOf(surface, maker.surface(), kTrySpan, threads, own.part(0.8, 0.9));
-      const size_t nowFolds = deviation.foldsMm.size();
-      const double now = scoreOf(deviation) * (1 + double(nowFolds)) * (nowFolds < kMostFarPlaces ? 1 : kFoldedAllOver);
-      if (none() || now < cost) {
-        cost = now;
-        folds = nowFolds;
-        cage = std::move(made);
-      }
+      folded = folded && !deviation.foldsMm.empty();
+      cages.push_back({std::move(made), costOf(deviation), deviation.foldsMm.size()});
       maker.refine(offOf(maker, surface));
       own.step(1);
     }
@@ -97,20 +111,19 @@ struct BestCage {
 };
 
 FittedPatches fitted(const Version& version, size_t most, double limitMm, int threads, const WorkPart& part) {
-  BestCage best;
+  TriedCages tried;
   CageMaker maker(version, most, true, threads, part.part(0, 0.05));
   const bool creased = !maker.creases().empty();
-  best.take(creased, maker, kTries, kMostTries, threads, part.part(0.05, creased ? 0.45 : 0.6));
-  if (creased && (best.none() || !std::isfinite(best.cost) || best.folds >= kMostFarPlaces)) {
+  tried.take(creased, maker, kTries, kMostTries, threads, part.part(0.05, creased ? 0.45 : 0.6));
+  if (creased &&
+      (tried.none() || !std::isfinite(tried.cages.front().cost) || tried.cages.front().folds >= kMostFarPlaces)) {
     // Creases that cannot be drawn without folds wherever one looks are rounded.
     CageMaker smooth(version, most, false, threads, part.part(0.45, 0.5));
-    BestCage other;
-    other.take(!best.none(), smooth, kTries, kTries, threads, part.part(0.5, 0.6));
-    if (best.none() || (!other.none() && other.cost < best.cost)) best = std::move(other);
+    TriedCages others;
+    others.take(!tried.none(), smooth, kTries, kTries, threads, part.part(0.5, 0.6));
+    std::move(others.cages.begin(), others.cages.end(), std::back_inserter(tried.cages));
+    tried.sort();
   }
-  FittedPatches result;
-  result.cage = std::move(best.cage);
-  result.irregular = QuadTopology(result.cage.mesh).irregular();
   // The fine grade: what the cages with creases were drawn around already.
   TriangleMesh fine;
   std::optional<NearestTriangle> fineTree;
@@ -122,8 +135,24 @@ FittedPatches fitted(const Version& version, size_t most, double limitMm, int th
   }
   const TriangleMesh& clay = fineTree ? fine : maker.surface();
   const NearestTriangle& tree = fineTree ? *fineTree : maker.tree();
-  result.surface = fittedNet(result.cage.mesh, clay, tree, maker.creases(), kInFull, threads, part.part(0.6, 0.9));
-  result.deviation = deviationOf(result.surface, clay, kPerSpan, threads, part.part(0.9, 1), limitMm);
+  // A try says roughly what a cage is good for: as long as patches fold the next one is fitted in full as well.
+  FittedPatches result;
+  double least = INFINITY;
+  for (size_t i = 0; i < std::min(kMostFits, tried.cages.size()); ++i) {
+    TriedCages::Tried& each = tried.cages[i];
+    if (i > 0 && (result.deviation.foldsMm.empty() || each.cost > kWorthFit * tried.cages.front().cost)) break;
+    const WorkPart own = part.part(1 - 0.4 / double(1 << i), 1 - 0.2 / double(1 << i));
+    PatchSurface surface = fittedNet(each.cage.mesh, clay, tree, maker.creases(), kInFull, threads, own.part(0, 0.75));
+    PatchDeviation deviation = deviationOf(surface, clay, kPerSpan, threads, own.part(0.75, 1), limitMm);
+    const double cost = costOf(deviation);
+    if (i > 0 && !(cost < least)) continue;
+    least = cost;
+    result.irregular = QuadTopology(each.cage.mesh).irregular();
+    result.cage = std::move(each.cage);
+    result.surface = std::move(surface);
+    result.deviation = std::move(deviation);
+  }
+  part.step(1);
   return result;
 }
 

@@ -97,8 +97,8 @@ void CadReferees::askFreeCad() {
 
 void CadReferees::askGmsh() {
   if (!installed("gmsh") || !installed("admesh")) return;
-  // By length: where a corner of a face is half a turn, sizes by curvature (-clcurv) fall to nothing.
-  (void)outputOf("gmsh -2 clay.step -format stl -clmax 1 -o mesh.stl", scratch / "");
+  // By curvature: sizes fall to nothing where a corner of a face is half a turn.
+  (void)outputOf("gmsh -2 clay.step -format stl -clcurv 24 -o mesh.stl", scratch / "");
   const std::string said = outputOf("admesh mesh.stl", scratch / "");
   EXPECT_EQ(numberAfter(said, "Total disconnected facets"), 0);
   EXPECT_EQ(numberAfter(said, "Number of parts"), 1);
