@@ -202,14 +202,14 @@ void CageMaker::evenOut() {
 CoarseCage CageMaker::make(const WorkPart& part, size_t most, bool regular) const {
   if (most == 0) most = most_;
   CoarseCage cage;
-  cage.mesh = coarsened(fine_, surface_, *tree_, *creases_, sizes_, most, finest_, part, regular);
+  cage.mesh = coarsened(fine_, surface_, *tree_, *creases_, sizes_, most, finest_, part, {.regular = regular});
   // Lines of creases get in each other's way. Evened out in between they come to lie otherwise.
   if (most <= kFewQuads && cage.mesh.quads.size() > most &&
       double(cage.mesh.quads.size()) < kNearlyFew * double(most)) {
     QuadMesh between = fine_;
     for (const double times : kBetween) {
-      between = fewer(std::move(between), static_cast<size_t>(times * double(most)), part);
-      QuadMesh mesh = fewer(between, most, part);
+      between = fewer(std::move(between), static_cast<size_t>(times * double(most)), true, part);
+      QuadMesh mesh = fewer(between, most, false, part);
       if (mesh.quads.size() < cage.mesh.quads.size()) cage.mesh = std::move(mesh);
       if (cage.mesh.quads.size() <= most) break;
     }
@@ -217,7 +217,8 @@ CoarseCage CageMaker::make(const WorkPart& part, size_t most, bool regular) cons
   if (cage.mesh.quads.size() > most && !creases_->empty()) {
     QuadMesh smooth = fine_;
     smooth.creases.clear();
-    cage.mesh = coarsened(std::move(smooth), surface_, *tree_, *creases_, sizes_, most, finest_, part, regular);
+    cage.mesh =
+        coarsened(std::move(smooth), surface_, *tree_, *creases_, sizes_, most, finest_, part, {.regular = regular});
   }
   if (cage.mesh.quads.size() > most)
     throw Error(fmt::format("no cage of at most {} quads goes around this piece, which took {}: give more", most,
@@ -228,8 +229,8 @@ CoarseCage CageMaker::make(const WorkPart& part, size_t most, bool regular) cons
   return cage;
 }
 
-QuadMesh CageMaker::fewer(QuadMesh mesh, size_t most, const WorkPart& part) const {
-  return coarsened(std::move(mesh), surface_, *tree_, *creases_, sizes_, most, finest_, part);
+QuadMesh CageMaker::fewer(QuadMesh mesh, size_t most, bool between, const WorkPart& part) const {
+  return coarsened(std::move(mesh), surface_, *tree_, *creases_, sizes_, most, finest_, part, {.between = between});
 }
 
 void CageMaker::refine(const std::vector<float>& off) {

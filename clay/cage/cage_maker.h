@@ -38,7 +38,7 @@ class CageMaker {
   /// in proportion; 0: as many as were asked for. `regular`: as in coarsened(). Any threads.
   [[nodiscard]] CoarseCage make(const WorkPart& part, size_t most = 0, bool regular = false) const;
   /// At most `most` quads from a cage of more, where so few are possible.
-  [[nodiscard]] QuadMesh fewer(QuadMesh mesh, size_t most, const WorkPart& part) const;
+  [[nodiscard]] QuadMesh fewer(QuadMesh mesh, size_t most, bool between, const WorkPart& part) const;
   /// Sizes become smaller where what was fitted to a cage lies off by more than elsewhere, mm at each vertex of the
   /// surface, and larger where by less.
   void refine(const std::vector<float>& off);

@@ -17,9 +17,10 @@ namespace {
 
 constexpr double kUneven = 0.2;  // of a diagonal's length: what nearness to four quads a vertex counts
 constexpr double kLeastFactor = 0.4;
-constexpr int kAtFirst = 3;    // rounds that make edges even, where there are creases
-constexpr int kAtTheEnd = 20;  // rounds that make edges even
-constexpr int kOfHalved = 6;   // rounds that make those of halved quads even
+constexpr int kAtFirst = 3;              // rounds that make edges even, where there are creases
+constexpr int kAtTheEnd = 20;            // rounds that make edges even
+constexpr double kLeastUnfolded = 0.05;  // sizes: then vertices come no nearer for better corners
+constexpr int kOfHalved = 6;             // rounds that make those of halved quads even
 constexpr size_t kStepEach = 512;
 constexpr double kLastShare = 1.3;  // times the quads that are asked for: from there on lines keep two quads a vertex
 constexpr double kLongestCut = 3;   // sizes: two edges of a line that are longer keep what lies between them
@@ -28,45 +29,47 @@ constexpr double kOfLine = 0.8;     // what a diagonal beside two edges of a lin
 // often their vertices are evened out, and how often all are looked for.
 constexpr double kOfAll = 0.5;
 constexpr size_t kMostInDisk = 400;
-constexpr double kLonger = 1.25, kShort = 0.15;
+constexpr double kLonger = 1.25;
 // Sizes: what they went around lies so near to them, at the end and at once; and of what is allowed, what lies so far
 // off the surface is not worse than before.
 struct DiskLimits {
   double away, atOnce, off;
 };
 constexpr DiskLimits kNear{0.7, 1, 1.3}, kRegular{1, 1.5, 2};
-constexpr size_t kMoreQuads = 2;  // that a quad alone on a side of a line takes, not to be alone
+constexpr size_t kMoreQuads = 2;  // that a quad alone on a side of a line takes not to be alone
 constexpr int kEvened = 6, kRefills = 6;
 
 class Coarsener {
  public:
-  Coarsener(QuadMesh fine, const WebGround& ground, bool regular = false)
+  Coarsener(QuadMesh fine, const WebGround& ground, Coarsening how = {})
       : on_(std::move(fine), ground),
         web_(on_.web()),
         ground_(ground),
-        limits_(regular ? kRegular : kNear),
+        limits_(how.regular ? kRegular : kNear),
+        between_(how.between),
         changed_(web_.quads(), 0) {}
 
   QuadMesh run(size_t most, const WorkPart& part) {
     if (!ground_.creases.empty())
       for (int round = 0; round < kAtFirst; ++round) makeEven();
-    becomeFewer(most, part);
+    becomeFewer(most, WebOnSurface::kStages, part);
     for (uint32_t f = 0; f < web_.quads(); ++f)
       if (web_.isThere(f)) (void)web_.removeInset(f);
     last_ = true;
     refill(most, part);
-    if (const size_t more = kMoreQuads * halfTurns().size(); more > 0) {
-      if (web_.count() + more > most && more < most) becomeFewer(most - more, part);
+    // Where hardly so few were possible nothing more is asked.
+    if (const size_t more = kMoreQuads * halfTurns().size(); more > 0 && !between_ && on_.stage() == 0) {
+      if (web_.count() + more > most && more < most) becomeFewer(most - more, 1, part);
       openHalfTurns(most, part);
     }
     for (int round = 0; round < kAtTheEnd; ++round) {
       if (round == kAtTheEnd / 2) {
         cutCorners();  // where no turn of an edge gave one a second quad
-        openHalfTurns(most, part);
+        if (!between_ && on_.stage() == 0) openHalfTurns(most, part);
       }
       makeEven();
       if (round >= kAtTheEnd / 2)
-        for (uint32_t v = 0; v < web_.vertices(); ++v) on_.unfold(v);
+        for (uint32_t v = 0; v < web_.vertices(); ++v) on_.unfold(v, kLeastUnfolded);
     }
     return web_.mesh();
   }
@@ -76,12 +79,12 @@ class Coarsener {
       part.step(double(round) / kOfHalved);
       for (uint32_t v = 0; v < web_.vertices(); ++v) on_.relax(v);
     }
-    for (uint32_t v = 0; v < web_.vertices(); ++v) on_.unfold(v);
+    for (uint32_t v = 0; v < web_.vertices(); ++v) on_.unfold(v, kLeastUnfolded);
     return web_.mesh();
   }
 
  private:
-  void becomeFewer(size_t most, const WorkPart& part) {
+  void becomeFewer(size_t most, size_t stages, const WorkPart& part) {
     offerAll();
     const size_t first = web_.count();
     size_t done = 0, doneBefore = 0;
@@ -93,8 +96,8 @@ class Coarsener {
       if (queue_.empty()) {
         // What was refused may go once its surroundings have moved; where nothing went any more, be content with less.
         if (done == doneBefore) {
+          if (on_.stage() + 1 >= stages) break;
           on_.setStage(on_.stage() + 1);
-          if (on_.stage() == WebOnSurface::kStages) break;
         }
         doneBefore = done;
         makeEven();
@@ -169,7 +172,7 @@ class Coarsener {
     }
     return out;
   }
-  // The vertex gets a second quad on that side; a face that is one quad joins another face.
+  // The vertex gets a second quad on that side; a face that is one quad joins another.
   void openHalfTurns(size_t most, const WorkPart& part) {
     const size_t stage = on_.stage(), before = web_.count();
     on_.setStage(0);
@@ -179,7 +182,7 @@ class Coarsener {
       std::array ways{patches.notAlone(each.quad, each.corner, true), patches.notAlone(each.quad, each.corner, false)};
       if (ways[0] && ways[1] && ways[1]->gain > ways[0]->gain) std::swap(ways[0], ways[1]);
       if (web_.count() + kMoreQuads <= most)
-        (void)std::any_of(ways.begin(), ways.end(), [&](const auto& way) { return way && refilled(*way, kShort); });
+        (void)std::any_of(ways.begin(), ways.end(), [&](const auto& way) { return way && refilled(*way); });
     }
     on_.setStage(stage);
     if (web_.count() > before) refill(most, part);
@@ -261,7 +264,7 @@ class Coarsener {
     on_.setStage(stage);
   }
   struct Judged {
-    double jacobian = 1, off, longest = 0, shortest = INFINITY;
+    double jacobian = 1, off, longest = 0;
     int folded = 0;
   };
   Judged judged(const std::vector<uint32_t>& vertices) {
@@ -272,11 +275,8 @@ class Coarsener {
       out.folded += jacobian < WebOnSurface::kLeastJacobian;
       out.off = std::max(out.off, on_.offAround(v, web_.at(v)));
       web_.beside(v, beside_);
-      for (const uint32_t each : beside_) {
-        const double length = (web_.at(v) - web_.at(each)).norm() / on_.sizeBetween(v, each);
-        out.longest = std::max(out.longest, length);
-        out.shortest = std::min(out.shortest, length);
-      }
+      for (const uint32_t each : beside_)
+        out.longest = std::max(out.longest, (web_.at(v) - web_.at(each)).norm() / on_.sizeBetween(v, each));
     }
     return out;
   }
@@ -301,7 +301,7 @@ class Coarsener {
       });
     });
   }
-  bool refilled(const Refill& refill, double leastEdge = 0) {
+  bool refilled(const Refill& refill) {
     const std::vector<uint32_t> before = verticesOf(refill.quads);
     std::vector<Place> places;
     for (const uint32_t v : before) places.push_back(on_.placeOf(v));
@@ -327,8 +327,7 @@ class Coarsener {
     const Judged is = judged(after);
     const auto at = [&](uint32_t v) { return web_.at(v); };
     if (is.jacobian >= std::min(was.jacobian, WebOnSurface::kGoodJacobian) && is.folded <= was.folded &&
-        is.off <= was.off && is.longest <= kLonger * was.longest && is.shortest >= std::min(was.shortest, leastEdge) &&
-        goAround(made, at, places, limits_.away))
+        is.off <= was.off && is.longest <= kLonger * was.longest && goAround(made, at, places, limits_.away))
       return true;
     (void)on_.replace(quads, old, refill.quads);
     on_.takeBack(first);
@@ -369,7 +368,7 @@ class Coarsener {
   QuadWeb& web_;
   WebGround ground_;
   DiskLimits limits_;
-  bool last_ = false;
+  bool between_, last_ = false;
   std::vector<uint32_t> changed_, beside_, ring_;
   std::priority_queue<Offer> queue_;
 };
@@ -377,8 +376,8 @@ class Coarsener {
 }  // namespace
 
 QuadMesh coarsened(QuadMesh fine, const TriangleMesh& surface, const NearestTriangle& tree, const CreaseMap& creases,
-                   const std::vector<float>& sizes, size_t most, double finest, const WorkPart& part, bool regular) {
-  return Coarsener(std::move(fine), {surface, tree, creases, sizes, finest}, regular).run(most, part);
+                   const std::vector<float>& sizes, size_t most, double finest, const WorkPart& part, Coarsening how) {
+  return Coarsener(std::move(fine), {surface, tree, creases, sizes, finest}, how).run(most, part);
 }
 
 QuadMesh evenedOut(QuadMesh mesh, const TriangleMesh& surface, const NearestTriangle& tree, const CreaseMap& creases,

@@ -10,17 +10,22 @@
 
 namespace argil::clay {
 
+struct Coarsening {
+  bool regular =
+      false;  ///< Quads may come farther off the surface where that leaves fewer vertices of other than four.
+  bool between = false;  ///< A step on the way to fewer: quads that are alone on a side of a crease stay so.
+};
+
 /// At most `most` quads of the same closed shape, bodies, handles and all, whose edges are as long as `sizes` says in
 /// proportion: a number above 0 for each vertex of `surface`, which `tree` searches and the vertices lie on. Middles of
 /// edges and quads lie no farther off the surface than a fifth of their length, or of twice the size there, or `finest`
 /// mm, where so few quads allow it: a limb has four around it, a plate has both its sides. Where so few are not
 /// possible at all the result has more. Creases of `fine` stay creases: their vertices slide along those of the
 /// surface, and their corners stay. Throws Error for a mesh that is not closed, Cancelled. Cost: about 0.2 ms a quad
-/// that goes. `regular`: quads may come farther off the surface where that leaves fewer vertices of other
-/// than four.
+/// that goes.
 [[nodiscard]] QuadMesh coarsened(QuadMesh fine, const TriangleMesh& surface, const NearestTriangle& tree,
                                  const CreaseMap& creases, const std::vector<float>& sizes, size_t most, double finest,
-                                 const WorkPart& part, bool regular = false);
+                                 const WorkPart& part, Coarsening how = {});
 
 /// The same quads, their vertices on the surface and edges as even as coarsened() makes them; no quad is joined
 /// and no edge turned. Throws as coarsened(). Cost: about 0.2 ms a quad.

@@ -67,6 +67,10 @@ double costOf(const PatchDeviation& deviation) {
   return scoreOf(deviation) * (1 + double(folds)) * (folds < kMostFarPlaces ? 1 : kFoldedAllOver);
 }
 
+bool hasCreases(const QuadMesh& mesh) {
+  return std::any_of(mesh.creases.begin(), mesh.creases.end(), [](uint8_t bits) { return bits != 0; });
+}
+
 // Cages that were fitted for a try, the best first.
 struct TriedCages {
   struct Tried {
@@ -141,6 +145,8 @@ FittedPatches fitted(const Version& version, size_t most, double limitMm, int th
   for (size_t i = 0; i < std::min(kMostFits, tried.cages.size()); ++i) {
     TriedCages::Tried& each = tried.cages[i];
     if (i > 0 && (result.deviation.foldsMm.empty() || each.cost > kWorthFit * tried.cages.front().cost)) break;
+    // Creases are not given up for a fold.
+    if (i > 0 && hasCreases(result.cage.mesh) && !hasCreases(each.cage.mesh)) continue;
     const WorkPart own = part.part(1 - 0.4 / double(1 << i), 1 - 0.2 / double(1 << i));
     PatchSurface surface = fittedNet(each.cage.mesh, clay, tree, maker.creases(), kInFull, threads, own.part(0, 0.75));
     PatchDeviation deviation = deviationOf(surface, clay, kPerSpan, threads, own.part(0.75, 1), limitMm);

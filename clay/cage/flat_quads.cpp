@@ -152,7 +152,7 @@ QuadMesh cageOf(const CageMaker& maker, size_t most, const std::optional<EndPlan
     const WorkPart step = part.part(double(i) / kHalves, double(i + 1) / kHalves);
     // A few more do not always come of asking for a few more, but of too many the rest can go.
     QuadMesh mesh = over.quads.empty() ? maker.make(step, static_cast<size_t>(asked)).mesh
-                                       : maker.fewer(std::move(over), static_cast<size_t>(asked), step);
+                                       : maker.fewer(std::move(over), static_cast<size_t>(asked), false, step);
     const Outside outside = outsideOf(mesh, end);
     const auto count = double(std::max<size_t>(1, outside.count));
     const bool enough = count >= kEnough * double(most), good = outside.jacobian >= kGoodJacobian;

@@ -215,7 +215,7 @@ void WebOnSurface::relax(uint32_t v) {
 }
 
 // Towards what is beside it, or away from it.
-void WebOnSurface::unfold(uint32_t v) {
+void WebOnSurface::unfold(uint32_t v, double leastEdge) {
   if (web_.around(v).empty() || web_.isCorner(v)) return;
   double most = shapeAt(v);
   if (most > kGoodJacobian) return;
@@ -233,7 +233,7 @@ void WebOnSurface::unfold(uint32_t v) {
   }
   for (const uint32_t each : pulling_) places.push_back(0.5 * (was + web_.at(each)));
   Vec3d best = was;
-  const double shortest = std::min(shortestAt(v), kLeastEdge * ground_.finest);
+  const double shortest = std::min(shortestAt(v), std::max(kLeastEdge * ground_.finest, leastEdge * size_[v]));
   for (const Vec3d& towards : places)
     for (const double share : {0.5, 1.0, -0.5}) {
       place(v, was + share * (towards - was));

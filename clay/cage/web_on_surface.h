@@ -58,8 +58,8 @@ class WebOnSurface {
   /// lets a body of few quads shrink to a point, does not stay.
   void relax(uint32_t v);
   /// v goes where the worst corner around it is best, if there is such a place: over a quad with a corner that bends
-  /// inwards every smooth face folds.
-  void unfold(uint32_t v);
+  /// inwards every smooth face folds. No edge becomes shorter than `leastEdge` sizes that was not.
+  void unfold(uint32_t v, double leastEdge = 0);
 
   /// As in QuadWeb; what is added comes onto the surface.
   std::vector<uint32_t> replace(const std::vector<uint32_t>& going, const std::vector<std::array<uint32_t, 4>>& quads,
