@@ -11,9 +11,10 @@
 namespace argil::clay {
 
 struct Coarsening {
-  bool regular =
-      false;  ///< Quads may come farther off the surface where that leaves fewer vertices of other than four.
-  bool between = false;  ///< A step on the way to fewer: quads that are alone on a side of a crease stay so.
+  /// Quads may come farther off the surface where that leaves fewer vertices of other than four.
+  bool regular = false;
+  /// A step on the way to fewer: quads that are alone on a side of a crease stay so.
+  bool between = false;
 };
 
 /// At most `most` quads of the same closed shape, bodies, handles and all, whose edges are as long as `sizes` says in

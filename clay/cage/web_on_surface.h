@@ -23,6 +23,7 @@ struct WebGround {
 /// Places vertices, evens edges out, and judges what quads look like and how far they lie off. One thread.
 class WebOnSurface {
  public:
+  /// Scaled Jacobians: evening out leaves none below the first that was not; below the second vertices are unfolded.
   static constexpr double kLeastJacobian = 0.2, kGoodJacobian = 0.4;
   static constexpr double kLeastMade = 0.02;  ///< Of the finest: no edge becomes shorter than that.
 
@@ -39,11 +40,13 @@ class WebOnSurface {
   void setStage(size_t stage) { stage_ = stage; }
   static constexpr size_t kStages = 4;  ///< In the last of them, as far as they like.
 
-  /// Onto the surface, or along its crease; what ends one stays.
+  /// A vertex goes to what is nearest to p: on the surface, or on the creases if it lies on a line; an end stays.
   void place(uint32_t v, const Vec3d& p);
+  /// To p itself, on the surface or not; its size and normal are those of the surface beside it.
   void placeAt(uint32_t v, const Vec3d& p);
+  /// To the nearest place of the surface, on a line or not.
   void placeOnSurface(uint32_t v, const Vec3d& p);
-  /// `near`: a vertex that is.
+  /// What is nearest to p. `near`: a vertex that is near by.
   [[nodiscard]] Vec3d onSurface(const Vec3d& p, uint32_t near) const;
 
   /// The least scaled Jacobian of what v moves: of its own corners of the quads around it and those beside them. 1: a
