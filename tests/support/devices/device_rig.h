@@ -35,6 +35,7 @@ class DeviceRig {
   [[nodiscard]] virtual Vec3d forceN() const { return Vec3d::Zero(); }
   [[nodiscard]] virtual double peakN() const { return 0; }   ///< The longest ever.
   [[nodiscard]] virtual uint64_t told() const { return 0; }  ///< Forces that reached the motors so far.
+  [[nodiscard]] virtual Vec3d toldN(uint64_t) const { return Vec3d::Zero(); }  ///< Each of them, the first is 0.
   /// False where this kind cannot do that wrong.
   virtual bool misbehave(Misbehaviour) { return false; }
   /// How many times longer than a device's own bus this one takes now: an emulated one has no time of its own.

@@ -103,7 +103,11 @@ bool FalconEmulator::running() const {
 }
 uint64_t FalconEmulator::packets() const {
   const std::scoped_lock lock(mutex_);
-  return packets_;
+  return toldN_.size();
+}
+Vec3d FalconEmulator::toldN(uint64_t which) const {
+  const std::scoped_lock lock(mutex_);
+  return toldN_[which];
 }
 std::vector<std::pair<uint8_t, uint16_t>> FalconEmulator::requests() const {
   const std::scoped_lock lock(mutex_);
@@ -209,8 +213,8 @@ void FalconEmulator::command(int64_t atNs) {
     motors_[arm] = static_cast<int16_t>(nibble(at) | nibble(at + 1) << 4 | nibble(at + 2) << 8 | nibble(at + 3) << 12);
   }
   lights_ = static_cast<uint8_t>(taken_[13] - kRaise);
-  ++packets_;
-  peakN_ = std::max(peakN_, force().norm());
+  toldN_.push_back(force());
+  peakN_ = std::max(peakN_, toldN_.back().norm());
   if (fault_ == FalconFault::silent) return;
 
   Vec3d angles;

@@ -51,7 +51,8 @@ class FalconEmulator {
   [[nodiscard]] double peakN() const;    ///< The longest ever.
   [[nodiscard]] uint8_t lights() const;  ///< The byte of LEDs and homing as last sent, without the 0x41.
   [[nodiscard]] bool running() const;
-  [[nodiscard]] uint64_t packets() const;  ///< Whole ones taken while running.
+  [[nodiscard]] uint64_t packets() const;           ///< Whole ones taken while running.
+  [[nodiscard]] Vec3d toldN(uint64_t which) const;  ///< The force that each of them asked for.
   /// Every control request so far: number, value.
   [[nodiscard]] std::vector<std::pair<uint8_t, uint16_t>> requests() const;
 
@@ -79,7 +80,7 @@ class FalconEmulator {
   std::vector<uint8_t> firmware_;
   Mode mode_ = Mode::running;
   bool plugged_ = true, homed_ = true, dtr_ = false;
-  uint64_t plugging_ = 0, packets_ = 0;
+  uint64_t plugging_ = 0;
   uint16_t divisor_ = 0x2;
   int64_t latencyNs_ = 16'000'000, clearAfterNs_ = 3'000'000, clearAtNs_ = 0, lastInNs_ = 0, wireFreeNs_ = 0;
   FalconFault fault_ = FalconFault::none;
@@ -95,6 +96,7 @@ class FalconEmulator {
   uint8_t buttons_ = 0, lights_ = 0;
   std::array<int, 3> motors_{};
   double peakN_ = 0;
+  std::vector<Vec3d> toldN_;  // One a packet.
 };
 
 /// What the conformance suite asks for; false where a Falcon cannot do that wrong while it runs.

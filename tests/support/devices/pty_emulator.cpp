@@ -72,9 +72,19 @@ double PtyEmulator::peakN() const {
   return peakN_;
 }
 
-void PtyEmulator::motors(const Vec3d& forceN) {
-  told_.fetch_add(1);
+uint64_t PtyEmulator::told() const {
   const std::scoped_lock lock(mutex_);
+  return toldN_.size();
+}
+
+Vec3d PtyEmulator::toldN(uint64_t which) const {
+  const std::scoped_lock lock(mutex_);
+  return toldN_[which];
+}
+
+void PtyEmulator::motors(const Vec3d& forceN) {
+  const std::scoped_lock lock(mutex_);
+  toldN_.push_back(forceN);
   forceN_ = forceN;
   peakN_ = std::max(peakN_, forceN.allFinite() ? forceN.norm() : 1e9);
 }

@@ -37,7 +37,8 @@ class PtyEmulator {
   [[nodiscard]] Vec3d forceN() const;
   [[nodiscard]] double peakN() const;
   /// Forces that it was told so far, zero included: somebody drives it.
-  [[nodiscard]] uint64_t told() const noexcept { return told_.load(); }
+  [[nodiscard]] uint64_t told() const;
+  [[nodiscard]] Vec3d toldN(uint64_t which) const;  ///< Which of them, below told().
 
  protected:
   struct Hand {
@@ -60,11 +61,11 @@ class PtyEmulator {
   std::filesystem::path path_;
   int master_ = -1, slave_ = -1;
   std::atomic<bool> stop_{false}, endless_{false};
-  std::atomic<uint64_t> told_{0};
   std::atomic<Misbehaviour> misbehaviour_{Misbehaviour::none};
   mutable std::mutex mutex_;
   Hand hand_;
   Vec3d forceN_ = Vec3d::Zero();
+  std::vector<Vec3d> toldN_;
   double peakN_ = 0;
   std::mt19937 random_{20261120};
   std::thread thread_;

@@ -46,6 +46,7 @@ class HaplyRig final : public DeviceRig {
   Vec3d forceN() const override { return arm_.forceN(); }
   double peakN() const override { return arm_.peakN(); }
   uint64_t told() const override { return arm_.told(); }
+  Vec3d toldN(uint64_t which) const override { return arm_.toldN(which); }
   bool misbehave(Misbehaviour what) override {
     arm_.misbehave(what);
     return true;
@@ -69,6 +70,7 @@ class TemplateRig final : public DeviceRig {
   Vec3d forceN() const override { return arm_.forceN(); }
   double peakN() const override { return arm_.peakN(); }
   uint64_t told() const override { return arm_.told(); }
+  Vec3d toldN(uint64_t which) const override { return arm_.toldN(which); }
   bool misbehave(Misbehaviour what) override {
     arm_.misbehave(what);
     return true;
@@ -138,6 +140,7 @@ class FalconRig final : public DeviceRig {
   Vec3d forceN() const override { return falcon_.forceN(); }
   double peakN() const override { return falcon_.peakN(); }
   uint64_t told() const override { return falcon_.packets(); }
+  Vec3d toldN(uint64_t which) const override { return falcon_.toldN(which); }
   bool misbehave(Misbehaviour what) override { return testing::misbehave(falcon_, what); }
   void unplug() override { falcon_.unplug(); }
   void replug() override { falcon_.replug(); }

@@ -53,13 +53,14 @@ const char* nameOf(Misbehaviour what) {
 /// Plays the servo: one turn a millisecond.
 class Hands {
  public:
-  Hands(Device& device, double slack) : device_(device), patience_(slack * kPatienceSeconds) {}
+  Hands(Device& device, const DeviceRig& rig) : device_(device), rig_(rig), patience_(rig.slack() * kPatienceSeconds) {}
 
   /// One tick: true when the device was new.
   bool tick(const Vec3d& force) {
     const double now = double(nowNs()) * 1e-9;
     fresh = device_.read(now, state);
     device_.write(now, fresh ? force : Vec3d(0, 0, 0));  // As the servo does.
+    toldAtWrite = rig_.told();
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
     return fresh;
   }
@@ -78,9 +79,11 @@ class Hands {
 
   DeviceState state;
   bool fresh = false;
+  uint64_t toldAtWrite = 0;  ///< Forces that had reached the motors when the last one was written.
 
  private:
   Device& device_;
+  const DeviceRig& rig_;
   double patience_;
 };
 
@@ -93,7 +96,7 @@ class DeviceConformance : public ::testing::TestWithParam<RigMaker> {
     traits = GetParam().traits;
     slack_ = rig->slack();
     device = rig->open();
-    hands = std::make_unique<Hands>(*device, slack_);
+    hands = std::make_unique<Hands>(*device, *rig);
   }
   void TearDown() override {
     hands.reset();
@@ -169,18 +172,27 @@ TEST_P(ForceDevice, PushesAsToldInNewtonsAndItsOwnAxes) {
   for (int axis = 0; axis < 3; ++axis)
     for (double sign : {1.0, -1.0}) {
       const Vec3d force = sign * half(axis);
+      // Counted by the emulator, for it is told on while this thread waits for a processor. A driver drops what was
+      // written too late, which a busy machine may cause: one quiet try is enough.
       uint64_t exchanges = 0;
-      // The device is told on while this thread waits for a processor: one quiet try is enough.
-      for (int tries = 0; tries < 5; ++tries) {
-        const uint64_t before = rig->told();
-        EXPECT_LT(hands->until(force, [&] { return (rig->forceN() - force).norm() < 0.01 * force.norm(); }),
-                  slack(kPatienceSeconds))
+      for (int tries = 0; tries < 20; ++tries) {
+        bool written = false;
+        uint64_t first = 0, next = 0;
+        const auto arrives = [&] {
+          if (!written && hands->fresh) {
+            written = true;
+            first = next = hands->toldAtWrite;
+          }
+          for (; written && next < rig->told(); ++next)
+            if ((rig->toldN(next) - force).norm() < 0.01 * force.norm()) return true;
+          return false;
+        };
+        ASSERT_LT(hands->until(force, arrives), slack(kPatienceSeconds))
             << force.transpose() << " but its motors push " << rig->forceN().transpose();
-        exchanges = rig->told() - before;
+        exchanges = next + 1 - first;
         if (exchanges <= 10) break;
         EXPECT_LT(hands->until(Vec3d::Zero(), [&] { return motorsOff(); }), slack(kPatienceSeconds));
       }
-      EXPECT_GE(exchanges, 1u);
       EXPECT_LE(exchanges, 10u);
     }
   EXPECT_LT(hands->until(Vec3d::Zero(), [&] { return motorsOff(); }), slack(kPatienceSeconds));
@@ -198,7 +210,8 @@ TEST_P(ForceDevice, NeverPushesHarderThanItsSheet) {
     const auto toldOften = [&] { return (fresh += hands->fresh) >= 10 && rig->told() >= before + 10; };
     EXPECT_LT(hands->until(force, toldOften), slack(kPatienceSeconds)) << force.transpose() << device->status();
   }
-  EXPECT_GT(rig->peakN(), 0.5 * peak) << "the test felt something";
+  // What was written too late was dropped: the device pushes at all.
+  EXPECT_LT(hands->until(Vec3d(peak, peak, peak), [&] { return rig->peakN() > 0.5 * peak; }), slack(kPatienceSeconds));
   EXPECT_LE(rig->peakN(), peak * (1 + 1e-6));
 }
 
@@ -300,7 +313,7 @@ TEST_P(DeviceOnACable, WaitsForADeviceThatIsNotThereYet) {
   device.reset();
   rig->unplug();
   device = rig->open();
-  hands = std::make_unique<Hands>(*device, slack_);
+  hands = std::make_unique<Hands>(*device, *rig);
   for (int i = 0; i < 30; ++i) EXPECT_FALSE(hands->tick(half(2)));
   EXPECT_NE(device->status().find("not plugged in"), std::string::npos) << device->status();
   rig->replug();
@@ -310,7 +323,7 @@ TEST_P(DeviceOnACable, WaitsForADeviceThatIsNotThereYet) {
 TEST_P(DeviceConformance, KnowsNothingOfAnotherOfItsKind) {
   const auto otherRig = GetParam().make();
   const auto other = otherRig->open();
-  Hands otherHands(*other, slack_);
+  Hands otherHands(*other, *otherRig);
   ASSERT_TRUE(hands->ready());
   ASSERT_TRUE(otherHands.ready()) << other->status();
   if (traits.follows) {

@@ -41,6 +41,7 @@ class FalconUsbRig final : public DeviceRig {
   Vec3d forceN() const override { return falcon_.forceN(); }
   double peakN() const override { return falcon_.peakN(); }
   uint64_t told() const override { return falcon_.packets(); }
+  Vec3d toldN(uint64_t which) const override { return falcon_.toldN(which); }
   bool misbehave(Misbehaviour what) override {
     // Nine answers of ten in time is more than an emulated bus can promise: falcon_usb_test.cpp asks for less.
     return what != Misbehaviour::split && testing::misbehave(falcon_, what);
