@@ -59,6 +59,10 @@ static argil_status bricks(void* stroke, const argil_batch* batch) {
     for (;;) {
     }
   if (IS(sleep)) sleeps();
+  if (IS(slow)) {
+    const struct timespec some_time = {0, 20000000};
+    nanosleep(&some_time, NULL);
+  }
   if (IS(nan))
     for (uint32_t i = 0; i < batch->count * 512; ++i) batch->out[i] = NAN;
   if (IS(infinite))

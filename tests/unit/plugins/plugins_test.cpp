@@ -269,6 +269,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Found{"batches", "one brick at a time: it does not"},
                     Found{"remembers", "does the same once more: it does not"}, Found{"fails", ": failure: "}),
     [](const auto& each) { return std::string(each.param.name); });
+INSTANTIATE_TEST_SUITE_P(LongSlow, BadPluginTrial, testing::Values(Found{"slow", "times as long as smoothing"}));
 
 }  // namespace
 }  // namespace argil::engine
