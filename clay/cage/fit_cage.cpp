@@ -18,7 +18,7 @@ namespace {
 constexpr int kTries = 3, kMostTries = 6;  // cages: more as long as all of them fold somewhere
 constexpr float kFoldOff = 8;              // a fold counts as so many times what patches lie off on average
 constexpr double kFoldedAllOver = 10;      // and so many more times where the count of folds ends
-constexpr FitEffort kTry{2, 6, 6}, kInFull{4, 8, 12};
+constexpr FitEffort kTry{2, 6, 6, 0}, kInFull{4, 8, 12, 10};
 constexpr size_t kMostFits = 3;            // in full, as long as all of them fold;
 constexpr double kWorthFit = 4;            // of cages whose tries cost up to so many times the least
 constexpr int kTrySpan = 2, kPerSpan = 8;  // places along a span that deviations are taken at

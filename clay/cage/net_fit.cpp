@@ -23,6 +23,10 @@ constexpr double kLeastHeld = 0.5, kMostHeld = 8;  // shares of stiffness, by th
 constexpr double kFacing = 0.4;                    // cosine between a patch beside a crease and what draws it
 constexpr double kGap = 0.02;                      // of the clay's size: so far from its creases one is not drawn
 constexpr double kOnLines = 4, kAtEnds = 8;        // what places of creases and their ends count
+constexpr int kFoldSpan = 4;                       // places along a span where patches are looked at for folds
+constexpr double kMoreEven = 4, kMostEven = 1e5;   // so many times as much where they fold, from time to time
+constexpr int kEvenRounds = 2;                     // between two looks,
+constexpr int kFutile = 4;                         // of which so many may find no fewer folds
 constexpr int kFootSpan = 2;                       // places along a span that the clay's nearest is looked for among
 constexpr int kSteps = 25;                         // of conjugate gradients a round
 constexpr double kSolved = 1e-6;                   // of the squared residual
@@ -312,9 +316,74 @@ class NetFit {
         part.step(double(++done) / double(rounds * int(Count)));
       }
   }
+  // Where patches fold the net is evened out along the surface, more from time to time. The net that folds least stays,
+  // or the first one where none folds at half as many places: evened out it lies farther off.
+  void unfold(const Stage& stage, int times, const WorkPart& part) {
+    const double share = double(forth_.targets.size() + points_.size()) / double(net_.vertexCount());
+    Table first = at_, best;
+    size_t least = SIZE_MAX, before = 0;
+    for (int done = 0, futile = 0; futile <= kFutile; ++done) {
+      const PatchSurface now = surface();
+      const TriangleMesh mesh = meshOf(now, kFoldSpan);
+      const std::vector<uint32_t> folds = foldsOf(now, mesh, kFoldSpan);
+      if (done == 0) before = folds.size();
+      if (folds.size() < least) {
+        best = at_;
+        least = folds.size();
+        futile = 0;
+      } else {
+        ++futile;
+      }
+      if (folds.empty() || done == times) break;
+      evenMoreAt(folds, mesh);
+      for (int round = 0; round < kEvenRounds; ++round) {
+        lookForTargets();
+        lookForFacing();
+        solve(stage.stiff * share, stage.along);
+      }
+      part.step(double(done + 1) / times);
+    }
+    at_ = 2 * least <= before ? std::move(best) : std::move(first);
+  }
   [[nodiscard]] PatchSurface surface() const { return surfaceOf(net_, cage_, at_); }
 
  private:
+  // Vertices of patches that fold, and, half as much in powers, of those around them.
+  void evenMoreAt(const std::vector<uint32_t>& folds, const TriangleMesh& mesh) {
+    constexpr size_t kPerPatch = size_t{2} * kPatchSpans * kFoldSpan * kPatchSpans * kFoldSpan;  // triangles
+    std::vector<uint8_t> folded(mesh.positions.size(), 0), folding(cage_.quads.size(), 0);
+    for (const uint32_t place : folds) folded[place] = 1;
+    for (size_t t = 0; t < mesh.triangles.size(); ++t)
+      for (const uint32_t place : mesh.triangles[t]) folding[t / kPerPatch] |= folded[place];
+    std::vector<uint8_t> beside(cage_.positions.size(), 0);
+    for (size_t f = 0; f < folding.size(); ++f)
+      for (const uint32_t v : cage_.quads[f]) beside[v] |= folding[f];
+    std::vector<double> more(net_.vertexCount(), 1);
+    for (uint32_t f = 0; f < folding.size(); ++f) {
+      const auto& quad = cage_.quads[f];
+      if (std::none_of(quad.begin(), quad.end(), [&](uint32_t v) { return beside[v]; })) continue;
+      const double times = folding[f] ? kMoreEven : std::sqrt(kMoreEven);
+      for (int i = 0; i <= kPatchSpans; ++i)
+        for (int j = 0; j <= kPatchSpans; ++j) {
+          double& own = more[net_.vertex(f, i, j)];
+          own = std::max(own, times);
+        }
+    }
+    evened_.resize(more.size(), 0);
+    for (size_t v = 0; v < more.size(); ++v)
+      if (more[v] > 1) evened_[v] = std::clamp(evened_[v] * more[v], kMoreEven, kMostEven);
+  }
+  // Where the surface faces at the vertices that are evened out.
+  void lookForFacing() {
+    facing_.resize(evened_.size());
+    uint32_t hint = UINT32_MAX;
+    for (size_t v = 0; v < evened_.size(); ++v) {
+      if (evened_[v] == 0) continue;
+      hint = tree_.nearest(at_.row(Eigen::Index(v)).transpose(), hint).triangle;
+      facing_[v] = areaOfTriangle(clay_, tree_.corners(hint)).normalized();
+    }
+  }
+
   // Of the patches so many a side; of the clay about as many in all: what they miss pulls them.
   void choosePlaces(int perSide) {
     perSide_ = perSide;
@@ -381,6 +450,11 @@ class NetFit {
     back_.add(x, missed, along, pull_, threads_);
     lines_.add(x, missed, 0, pull_, threads_);
     multiply(bends_, x, held_, threads_);
+    for (size_t v = 0; v < evened_.size(); ++v) {
+      if (evened_[v] == 0) continue;
+      const Vec3d bend = held_.row(Eigen::Index(v)).transpose();
+      held_.row(Eigen::Index(v)) += evened_[v] * (bend - bend.dot(facing_[v]) * facing_[v]).transpose();
+    }
     multiply(turnedBends_, held_, bent_, threads_);
     pull_ += stiff * bent_;
   }
@@ -391,8 +465,10 @@ class NetFit {
     forth_.addDiagonal(along, diagonal);
     back_.addDiagonal(along, diagonal);
     lines_.addDiagonal(0, diagonal);
-    for (Eigen::Index i = 0; i < bends_.rows(); ++i)
-      for (Rows::InnerIterator it(bends_, i); it; ++it) diagonal[it.col()] += stiff * it.value() * it.value();
+    for (Eigen::Index i = 0; i < bends_.rows(); ++i) {
+      const double held = stiff * (evened_.empty() ? 1 : 1 + 2 * evened_[size_t(i)] / 3);
+      for (Rows::InnerIterator it(bends_, i); it; ++it) diagonal[it.col()] += held * it.value() * it.value();
+    }
     const Eigen::VectorXd inverse = diagonal.cwiseInverse();
     apply(at_, true, stiff, along);
     Table rest = -pull_, way = inverse.asDiagonal() * rest, better;
@@ -428,6 +504,8 @@ class NetFit {
   std::vector<Vec3d> points_, pointNormals_;
   std::vector<uint32_t> hints_, lineHints_;
   Table there_, pull_, held_, bent_;
+  std::vector<double> evened_;  // how much more each vertex of the net is held straight along the surface,
+  std::vector<Vec3d> facing_;   // which faces there so; none before patches fold
 };
 
 }  // namespace
@@ -436,7 +514,8 @@ PatchSurface fittedNet(const QuadMesh& cage, const TriangleMesh& clay, const Nea
                        const CreaseMap& creases, const FitEffort& effort, int threads, const WorkPart& part) {
   NetFit fit(cage, clay, tree, creases, threads);
   fit.improve(kLeading, effort.rounds, effort.leading, part.part(0, 0.4));
-  fit.improve(kLast, effort.rounds, effort.last, part.part(0.4, 1));
+  fit.improve(kLast, effort.rounds, effort.last, part.part(0.4, effort.unfoldings > 0 ? 0.8 : 1));
+  if (effort.unfoldings > 0) fit.unfold(kLast[1], effort.unfoldings, part.part(0.8, 1));
   return fit.surface();
 }
 

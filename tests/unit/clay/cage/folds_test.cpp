@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "clay/cage/fit_cage.h"
+#include "clay/cage/net_fit.h"
 #include "clay/field/primitives.h"
 #include "clay/store/store.h"
 #include "clay/surface/surface.h"
@@ -65,7 +66,7 @@ TEST(CoarseCage, CornersFaceOutwards) {
 TEST(LongFitPatches, TakeTheBestOfSomeCagesWhereTheyFold) {
   const FittedPatches fitted = fitPatches(limbs(1), 160, 2, WorkPart(nullptr));
   EXPECT_FALSE(fitted.deviation.foldsMm.empty()) << "else it says nothing";
-  EXPECT_LT(fitted.deviation.mostMm(), 0.22);
+  EXPECT_LT(fitted.deviation.mostMm(), 0.19) << "0.21 where it is evened out for a few folds fewer";
 }
 
 // A mean of what is beside it would draw each row beside the rim of a bore onto the rim, until faces over it fold.
@@ -79,6 +80,30 @@ TEST(FitPatches, DoNotFoldBesideTheRimOfABore) {
     EXPECT_TRUE(fitted.deviation.foldsMm.empty()) << faces << ": " << fitted.deviation.foldsMm.size();
     EXPECT_LT(fitted.deviation.boundMm, 0.12);
   }
+}
+
+// A vertex of a ball's cage, drawn across a quad beside it: the fit alone does not find back.
+TEST(FittedNet, UnfoldsWhereACornerWasDrawnAcrossItsQuad) {
+  Grid grid;
+  grid.voxelMm = 0.5;
+  const Version ball = makeSphere(Store::make(), grid, Vec3d::Zero(), 20);
+  QuadMesh cage = coarseCage(ball, 96, WorkPart(nullptr)).mesh;
+  Surface surface(true, Grade::fine);
+  surface.update(ball);
+  const TriangleMesh clay = surface.toMesh();
+  const NearestTriangle tree(clay);
+  const CreaseMap none(surface, clay, 8);
+  const auto& quad = cage.quads[11];
+  const Vec3d across = 1.2 * cage.positions[quad[2]] - 0.2 * cage.positions[quad[0]];
+  cage.positions[quad[0]] = 20 * across.normalized();
+  const auto fitted = [&](int unfoldings, int threads) {
+    return fittedNet(cage, clay, tree, none, {4, 8, 12, unfoldings}, threads, WorkPart(nullptr));
+  };
+  const PatchSurface folded = fitted(0, 2), even = fitted(10, 2);
+  EXPECT_FALSE(foldsOf(folded, meshOf(folded, 8), 8).empty());
+  EXPECT_TRUE(foldsOf(even, meshOf(even, 8), 8).empty());
+  EXPECT_LT(deviationOf(even, clay, 4, 2, WorkPart(nullptr)).mostMm(), 0.02);
+  EXPECT_EQ(even.points, fitted(10, 3).points) << "the same for any count of threads";
 }
 
 // A sheet of 8 × 8 squares, and the same with a vertex drawn across what is beside it.
