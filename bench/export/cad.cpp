@@ -243,9 +243,9 @@ void facesOf(BenchReport& report, const BenchOptions& options, const std::string
   const OneWay &there = fitted.deviation.fromPatches, &back = fitted.deviation.fromClay;
   result.note = fmt::format(
       "{} faces, {} irregular; to the clay {:.2g} {:.2g} {:.2g} mm (RMS, p99, most; bound {:.2g}), from it {:.2g} "
-      "{:.2g} {:.2g}",
+      "{:.2g} {:.2g}; folds at {} places",
       fitted.surface.patches.size(), fitted.irregular, there.rms, there.p99, there.max, fitted.deviation.boundMm,
-      back.rms, back.p99, back.max);
+      back.rms, back.p99, back.max, fitted.deviation.foldsMm.size());
   report.add(result);
 }
 
@@ -316,8 +316,11 @@ void measured(BenchReport& report, const BenchOptions& options, bool faces) {
   const fs::path folder = options.folder.empty() ? fs::temp_directory_path() : options.folder;
   if (!fs::exists(kBlender)) report.heading("cad: without Blender there is no peer");
   if (const char* data = std::getenv("ARGIL_DATA")) {
+    const fs::path meshes = fs::path(data) / "mesh";
+    if (!fs::is_directory(meshes))
+      throw Error(fmt::format("{}: no folder of meshes, though ARGIL_DATA says so", meshes.string()));
     std::vector<fs::path> files;
-    for (const auto& each : fs::directory_iterator(fs::path(data) / "mesh")) files.push_back(each.path());
+    for (const auto& each : fs::directory_iterator(meshes)) files.push_back(each.path());
     std::sort(files.begin(), files.end());
     Totals few, more, many;
     for (const fs::path& file : files) {

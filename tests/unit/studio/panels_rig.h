@@ -148,10 +148,15 @@ class PanelsRig {
     return findFrom(ImGui::FindWindowByName(window), path);
   }
   ImVec2 findFrom(ImGuiWindow* window, std::initializer_list<const char*> path) {
-    if (!window) return {NAN, NAN};
-    ImGuiID id = window->ID;
-    for (const char* part : path) id = ImHashStr(part, 0, id);
-    return findId(window, id);
+    return window ? findId(window, idOf(window, path)) : ImVec2(NAN, NAN);
+  }
+  /// Whether it is there, in the next picture.
+  bool isAt(ImVec2 at, const char* window, std::initializer_list<const char*> path) {
+    if (std::isnan(at.x)) return false;
+    moveTo(at.x, at.y);
+    frame();
+    ImGuiWindow* in = ImGui::FindWindowByName(window);
+    return in && GImGui->HoveredId == idOf(in, path);
   }
   ImVec2 findId(ImGuiWindow* window, ImGuiID id) {
     const ImVec2 kept = ImGui::GetIO().MousePos;
@@ -191,6 +196,12 @@ class PanelsRig {
   double timeS = 0;
 
  private:
+  static ImGuiID idOf(const ImGuiWindow* window, std::initializer_list<const char*> path) {
+    ImGuiID id = window->ID;
+    for (const char* part : path) id = ImHashStr(part, 0, id);
+    return id;
+  }
+
   float width_, height_, scale_;
 };
 
