@@ -25,6 +25,7 @@ constexpr double kGap = 0.02;                      // of the clay's size: so far
 constexpr double kOnLines = 4, kAtEnds = 8;        // what places of creases and their ends count
 constexpr int kFoldSpan = 4;                       // places along a span where patches are looked at for folds
 constexpr double kMoreEven = 4, kMostEven = 1e5;   // so many times as much where they fold, from time to time
+constexpr size_t kUnfolded = 10;                   // so many times as few folds are worth what it lies farther off
 constexpr int kEvenRounds = 2;                     // between two looks,
 constexpr int kFutile = 4;                         // of which so many may find no fewer folds
 constexpr int kFootSpan = 2;                       // places along a span that the clay's nearest is looked for among
@@ -317,7 +318,7 @@ class NetFit {
       }
   }
   // Where patches fold the net is evened out along the surface, more from time to time. The net that folds least stays,
-  // or the first one where none folds at half as many places: evened out it lies farther off.
+  // or the first one where none folds at a tenth of the places: evened out it lies farther off.
   void unfold(const Stage& stage, int times, const WorkPart& part) {
     const double share = double(forth_.targets.size() + points_.size()) / double(net_.vertexCount());
     Table first = at_, best;
@@ -343,7 +344,7 @@ class NetFit {
       }
       part.step(double(done + 1) / times);
     }
-    at_ = 2 * least <= before ? std::move(best) : std::move(first);
+    at_ = kUnfolded * least <= before ? std::move(best) : std::move(first);
   }
   [[nodiscard]] PatchSurface surface() const { return surfaceOf(net_, cage_, at_); }
 

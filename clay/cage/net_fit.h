@@ -23,7 +23,7 @@ struct FitEffort {
 /// draw what is nearest to them; both are looked for again each round, with a stiffness that falls. Pairs whose sides
 /// face opposite ways count nothing, and what lies far off counts more. Creases of the cage are drawn to those of the
 /// clay. Where patches fold at the end the net is evened out along the clay; of all nets on that way the one that folds
-/// least is taken, if it folds at no more than half as many places as the first. The same for any count of threads.
+/// least is taken, if it folds at no more than a tenth of the places of the first. The same for any count of threads.
 /// Throws Cancelled. Method: NOTES.md.
 [[nodiscard]] PatchSurface fittedNet(const QuadMesh& cage, const TriangleMesh& clay, const NearestTriangle& tree,
                                      const CreaseMap& creases, const FitEffort& effort, int threads,
