@@ -24,8 +24,8 @@ constexpr double kFacing = 0.4;                    // cosine between a patch bes
 constexpr double kGap = 0.02;                      // of the clay's size: so far from its creases one is not drawn
 constexpr double kOnLines = 4, kAtEnds = 8;        // what places of creases and their ends count
 constexpr int kFoldSpan = 4;                       // places along a span where patches are looked at for folds
-constexpr double kMoreEven = 4, kMostEven = 1e5;   // so many times as much where they fold, from time to time
-constexpr size_t kUnfolded = 10;                   // so many times as few folds are worth what it lies farther off
+constexpr double kMoreEven = 4, kMostEven = 1e5;   // the net is held so many times more there after each look
+constexpr size_t kUnfolded = 10;                   // folds are left at one of so many places, or it is not worth it
 constexpr int kEvenRounds = 2;                     // between two looks,
 constexpr int kFutile = 4;                         // of which so many may find no fewer folds
 constexpr int kFootSpan = 2;                       // places along a span that the clay's nearest is looked for among
@@ -323,7 +323,7 @@ class NetFit {
     const double share = double(forth_.targets.size() + points_.size()) / double(net_.vertexCount());
     Table first = at_, best;
     size_t least = SIZE_MAX, before = 0;
-    for (int done = 0, futile = 0; futile <= kFutile; ++done) {
+    for (int done = 0, futile = 0;; ++done) {
       const PatchSurface now = surface();
       const TriangleMesh mesh = meshOf(now, kFoldSpan);
       const std::vector<uint32_t> folds = foldsOf(now, mesh, kFoldSpan);
@@ -335,7 +335,7 @@ class NetFit {
       } else {
         ++futile;
       }
-      if (folds.empty() || done == times) break;
+      if (folds.empty() || done == times || futile == kFutile) break;
       evenMoreAt(folds, mesh);
       for (int round = 0; round < kEvenRounds; ++round) {
         lookForTargets();
@@ -349,7 +349,7 @@ class NetFit {
   [[nodiscard]] PatchSurface surface() const { return surfaceOf(net_, cage_, at_); }
 
  private:
-  // Vertices of patches that fold, and, half as much in powers, of those around them.
+  // What patches that fold consist of is held kMoreEven times as much as before, patches around them by its root.
   void evenMoreAt(const std::vector<uint32_t>& folds, const TriangleMesh& mesh) {
     constexpr size_t kPerPatch = size_t{2} * kPatchSpans * kFoldSpan * kPatchSpans * kFoldSpan;  // triangles
     std::vector<uint8_t> folded(mesh.positions.size(), 0), folding(cage_.quads.size(), 0);
