@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -17,10 +18,15 @@ namespace {
 constexpr int kRounds = 5;
 constexpr std::array kPlaces = {1.0 / 6, 0.5, 5.0 / 6};
 constexpr size_t kOfQuad = kPlaces.size() * kPlaces.size();
+constexpr double kFar = 0.5;             // of the RMS: what lies off by more counts more,
+constexpr double kMostFar = 20;          // by its distance, up to so many times
 constexpr double kAlong = 0.02;          // of a place's weight: how much a vertex is held along the surface
 constexpr double kStay = 0.02;           // and where it is at all
 constexpr double kLeastJacobian = 0.25;  // a move that makes a quad worse is taken back in part, by halves
 constexpr int kHalves = 5;
+constexpr double kOnIt = 1e-9;        // mm: what lies so near has no way to go
+constexpr size_t kOfSurface = 20000;  // vertices of it that draw what is nearest to them, or fewer than twice as many
+constexpr size_t kBlock = 64;
 constexpr double kHeld = 1000;  // of a place's weight: how much creases and corners hold their vertices
 
 // Which ways a vertex is held, as a projection: across its crease, or all of them at a corner.
@@ -40,15 +46,22 @@ std::vector<Held> heldIn(const QuadMesh& mesh) {
   return held;
 }
 
-// Of a place of a quad: its weights of the corners, how far it lies off, and which way.
+// A place of a quad: its weights of the corners, how far it lies off, and which way.
 struct Off {
-  Vec3d normal;
+  uint32_t quad = UINT32_MAX;  // none where what is nearest faces the other way
+  std::array<double, 4> weights{};
+  Vec3d normal = Vec3d::Zero();
   double mm = 0;
 };
 
-std::array<double, 4> weightsOf(size_t place) {
-  const double u = kPlaces[place % kPlaces.size()], v = kPlaces[place / kPlaces.size()];
-  return {(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v};
+// On the two triangles of a quad; `turned`: along its other diagonal.
+std::array<double, 4> weightsOf(size_t place, bool turned) {
+  double u = kPlaces[place % kPlaces.size()], v = kPlaces[place / kPlaces.size()];
+  if (turned) std::tie(u, v) = std::pair(v, 1 - u);
+  const double least = std::min(u, v);
+  const std::array<double, 4> weights{1 - std::max(u, v), u - least, least, v - least};
+  if (turned) return {weights[3], weights[0], weights[1], weights[2]};
+  return weights;
 }
 
 std::vector<Off> offOf(const QuadMesh& mesh, const TriangleMesh& surface, const NearestTriangle& tree, int threads) {
@@ -57,11 +70,14 @@ std::vector<Off> offOf(const QuadMesh& mesh, const TriangleMesh& surface, const 
       mesh.quads.size(), threads,
       [&](size_t begin, size_t end) {
         uint32_t hint = UINT32_MAX;
-        for (size_t f = begin; f < end; ++f)
+        for (size_t f = begin; f < end; ++f) {
+          const auto& q = mesh.quads[f];
+          const bool turned = trianglesOf(std::array{mesh.positions[q[0]], mesh.positions[q[1]], mesh.positions[q[2]],
+                                                     mesh.positions[q[3]]})[0][0] != 0;
           for (size_t k = 0; k < kOfQuad; ++k) {
-            const std::array<double, 4> weights = weightsOf(k);
+            const std::array<double, 4> weights = weightsOf(k, turned);
             Vec3d p = Vec3d::Zero();
-            for (size_t c = 0; c < 4; ++c) p += weights[c] * mesh.positions[mesh.quads[f][c]];
+            for (size_t c = 0; c < 4; ++c) p += weights[c] * mesh.positions[q[c]];
             hint = tree.nearest(p, hint).triangle;
             const auto& t = tree.corners(hint);
             const Vec3d &a = surface.positions[t[0]], &b = surface.positions[t[1]], &c = surface.positions[t[2]];
@@ -69,12 +85,56 @@ std::vector<Off> offOf(const QuadMesh& mesh, const TriangleMesh& surface, const 
             // Off an edge or a corner the way itself is the normal.
             const double length = way.norm();
             const bool outside = way.dot(face) > 0;
-            const Vec3d normal = length > 1e-9 ? Vec3d((outside ? 1 : -1) / length * way) : face;
-            out[kOfQuad * f + k] = {normal, outside ? length : -length};
+            const Vec3d normal = length > kOnIt ? Vec3d((outside ? 1 : -1) / length * way) : face;
+            out[kOfQuad * f + k] = {static_cast<uint32_t>(f), weights, normal, outside ? length : -length};
           }
+        }
       },
-      64);
+      kBlock);
   return out;
+}
+
+// Of its vertices, by area, not of length 1.
+std::vector<Vec3d> normalsOf(const TriangleMesh& mesh) {
+  std::vector<Vec3d> normals(mesh.positions.size(), Vec3d::Zero());
+  for (const auto& t : mesh.triangles) {
+    const Vec3d& a = mesh.positions[t[0]];
+    const Vec3d normal = (mesh.positions[t[1]] - a).cross(mesh.positions[t[2]] - a);
+    for (const uint32_t v : t) normals[v] += normal;
+  }
+  return normals;
+}
+
+// The places that are nearest to vertices of the surface, each of `step`.
+void addNearest(const QuadMesh& mesh, const TriangleMesh& surface, const std::vector<Vec3d>& normals, size_t step,
+                int threads, std::vector<Off>& out) {
+  const TriangleMesh triangles = trianglesOf(mesh);
+  const NearestTriangle tree(triangles);
+  const size_t first = out.size();
+  out.resize(first + (surface.positions.size() + step - 1) / step);
+  parallelBlocks(
+      out.size() - first, threads,
+      [&](size_t begin, size_t end) {
+        uint32_t hint = UINT32_MAX;
+        for (size_t i = begin; i < end; ++i) {
+          const Vec3d& p = surface.positions[i * step];
+          hint = tree.nearest(p, hint).triangle;
+          const uint32_t triangle = tree.indexOf(hint);
+          const auto& t = triangles.triangles[triangle];
+          const Vec3d &a = mesh.positions[t[0]], ab = mesh.positions[t[1]] - a, ac = mesh.positions[t[2]] - a;
+          const Vec3d face = ab.cross(ac), foot = nearestOnTriangle(p, a, a + ab, a + ac), way = foot - p;
+          if (face.squaredNorm() == 0 || face.dot(normals[i * step]) < 0) continue;
+          const double s = (foot - a).cross(ac).dot(face) / face.squaredNorm(),
+                       r = ab.cross(foot - a).dot(face) / face.squaredNorm(), length = way.norm();
+          const auto& quad = mesh.quads[triangle / 2];
+          const auto weight = [&](uint32_t v) { return v == t[0] ? 1 - s - r : v == t[1] ? s : v == t[2] ? r : 0; };
+          out[first + i] = {triangle / 2,
+                            {weight(quad[0]), weight(quad[1]), weight(quad[2]), weight(quad[3])},
+                            length > kOnIt ? Vec3d(way / length) : face.normalized(),
+                            length};
+        }
+      },
+      kBlock);
 }
 
 // Moves of vertices become shorter around quads that they would fold, until none is worse than it was or than a quad
@@ -107,35 +167,44 @@ void fitQuads(QuadMesh& mesh, const TriangleMesh& surface, const NearestTriangle
   using Sparse = Eigen::SparseMatrix<double>;
   const auto unknowns = static_cast<Eigen::Index>(3 * mesh.positions.size());
   std::vector<Held> held = heldIn(mesh);
+  const size_t step = std::max<size_t>(1, surface.positions.size() / std::max(kOfSurface, kOfQuad * mesh.quads.size()));
+  const std::vector<Vec3d> normals = normalsOf(surface);
   for (int round = 0; round < kRounds; ++round) {
     part.step(double(round) / kRounds);
-    const std::vector<Off> off = offOf(mesh, surface, tree, threads);
+    std::vector<Off> off = offOf(mesh, surface, tree, threads);
+    const size_t forth = off.size();
+    addNearest(mesh, surface, normals, step, threads, off);
+    const double backWeight = double(forth) / double(off.size() - forth);
+    double far = 0;
+    for (size_t i = 0; i < off.size(); ++i)
+      far += 0.5 * (i < forth ? 1 : backWeight) * off[i].mm * off[i].mm / double(forth);
+    far = std::max(kOnIt, kFar * std::sqrt(far));
+    std::vector<Eigen::Matrix<double, 12, 12>> blocks(mesh.quads.size(), Eigen::Matrix<double, 12, 12>::Zero());
+    std::vector<Eigen::Matrix<double, 12, 1>> sides(mesh.quads.size(), Eigen::Matrix<double, 12, 1>::Zero());
+    for (size_t i = 0; i < off.size(); ++i) {
+      const Off& each = off[i];
+      if (each.quad == UINT32_MAX) continue;
+      const double weight = (i < forth ? 1 : backWeight) * std::clamp(std::abs(each.mm) / far, 1.0, kMostFar);
+      Eigen::Matrix<double, 12, 1> row;
+      for (int c = 0; c < 4; ++c) row.segment<3>(3 * c) = each.weights[size_t(c)] * each.normal;
+      blocks[each.quad] += weight * row * row.transpose();
+      sides[each.quad] -= weight * each.mm * row;
+      for (int c = 0; c < 4; ++c)
+        blocks[each.quad].block<3, 3>(3 * c, 3 * c) +=
+            weight * each.weights[size_t(c)] *
+            (kAlong * (Eigen::Matrix3d::Identity() - each.normal * each.normal.transpose()) +
+             kStay * Eigen::Matrix3d::Identity());
+    }
     std::vector<Eigen::Triplet<double>> entries;
     Eigen::VectorXd right = Eigen::VectorXd::Zero(unknowns);
-    for (size_t f = 0; f < mesh.quads.size(); ++f) {
-      Eigen::Matrix<double, 12, 12> block = Eigen::Matrix<double, 12, 12>::Zero();
-      Eigen::Matrix<double, 12, 1> side = Eigen::Matrix<double, 12, 1>::Zero();
-      for (size_t k = 0; k < kOfQuad; ++k) {
-        const Off& each = off[kOfQuad * f + k];
-        const std::array<double, 4> weights = weightsOf(k);
-        Eigen::Matrix<double, 12, 1> row;
-        for (int c = 0; c < 4; ++c) row.segment<3>(3 * c) = weights[size_t(c)] * each.normal;
-        block += row * row.transpose();
-        side -= each.mm * row;
-        for (int c = 0; c < 4; ++c) {
-          block.block<3, 3>(3 * c, 3 * c) +=
-              weights[size_t(c)] * (kAlong * (Eigen::Matrix3d::Identity() - each.normal * each.normal.transpose()) +
-                                    kStay * Eigen::Matrix3d::Identity());
-        }
-      }
+    for (size_t f = 0; f < mesh.quads.size(); ++f)
       for (int i = 0; i < 12; ++i) {
         const auto at = static_cast<Eigen::Index>(3 * mesh.quads[f][size_t(i / 3)] + uint32_t(i % 3));
-        right[at] += side[i];
+        right[at] += sides[f][i];
         for (int j = 0; j < 12; ++j)
           entries.emplace_back(at, static_cast<Eigen::Index>(3 * mesh.quads[f][size_t(j / 3)] + uint32_t(j % 3)),
-                               block(i, j));
+                               blocks[f](i, j));
       }
-    }
     for (Held& each : held) {
       Eigen::Matrix3d ways = Eigen::Matrix3d::Identity();
       if (!each.corner) {

@@ -38,7 +38,8 @@ struct Layout {
 constexpr std::array<Layout, 4> kLayouts{{{1, true}, {1, false}, {0.985, true}, {0.985, false}}};
 constexpr size_t kManyQuads = 1300, kFewLayouts = 2;
 constexpr double kBadJacobian = 0.2, kBadQuad = 4;  // such a quad counts as so many irregular vertices,
-constexpr double kAnyway = 8;                       // and every layout has about as many that none can do without
+constexpr double kAnyway = 8;                       // and every layout has about as many that none can do without;
+                                                    // all of them by their square, for with few edges run on farther
 constexpr double kOfMost = 0.2;                     // what the largest distance counts beside the RMS
 constexpr size_t kPlaces = 20000;                   // of the surface, where distances are taken
 constexpr double kShareOfCage = 0.8, kShareOfHalf = 0.95, kShareOfFit = 0.9;
@@ -73,19 +74,15 @@ double shareInEnd(const CageMaker& maker, const EndPlane& end) {
   return in / all;
 }
 
-// What a layout lacks, once its quads lie where they fit best: irregular vertices and bad quads, times distances.
+// What a layout lacks, once its quads lie where they fit best: irregular vertices and bad quads, and distances.
 double lackOf(QuadMesh mesh, const CageMaker& maker, const WorkPart& part) {
   const TriangleMesh& surface = maker.surface();
   unfoldQuads(mesh, surface, maker.tree(), maker.creases(), part);
   fitQuads(mesh, surface, maker.tree(), maker.creases(), 1, part);
   auto lack = double(QuadTopology(mesh).irregular()) + kAnyway;
-  TriangleMesh triangles;
-  triangles.positions = mesh.positions;
-  for (const auto& quad : mesh.quads) {
+  const TriangleMesh triangles = trianglesOf(mesh);
+  for (const auto& quad : mesh.quads)
     if (scaledJacobian(mesh, quad) < kBadJacobian) lack += kBadQuad;
-    triangles.triangles.push_back({quad[0], quad[1], quad[2]});
-    triangles.triangles.push_back({quad[0], quad[2], quad[3]});
-  }
   // Both ways, as for all that is told of distances.
   double rms = 0, most = 0;
   const auto measure = [&](size_t count, const NearestTriangle& to, const auto& place) {
@@ -101,12 +98,13 @@ double lackOf(QuadMesh mesh, const CageMaker& maker, const WorkPart& part) {
   };
   const size_t all = surface.positions.size(), step = 1 + all / kPlaces;
   measure(1 + (all - 1) / step, NearestTriangle(triangles), [&](size_t i) { return surface.positions[i * step]; });
-  measure(4 * mesh.quads.size(), maker.tree(), [&](size_t i) {
-    const auto& q = mesh.quads[i / 4];
-    const Vec3d &a = mesh.positions[q[i & 3]], &b = mesh.positions[q[(i + 1) & 3]], &c = mesh.positions[q[(i + 2) & 3]];
-    return i % 2 == 0 ? Vec3d((a + b + c) / 3) : Vec3d(0.5 * (a + b));
+  measure(4 * triangles.triangles.size(), maker.tree(), [&](size_t i) {
+    const auto& t = triangles.triangles[i / 4];
+    const Vec3d &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
+    const std::array<Vec3d, 4> places{(a + b + c) / 3, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)};
+    return places[i % 4];
   });
-  return lack * (rms + kOfMost * most);
+  return lack * lack * (rms + kOfMost * most);
 }
 
 // The same for any count of threads.

@@ -69,6 +69,29 @@ size_t QuadTopology::irregular() const {
   return count;
 }
 
+std::array<std::array<uint8_t, 3>, 2> trianglesOf(const std::array<Vec3d, 4>& c) {
+  const auto least = [&](size_t first) {  // the smaller share of the quad's area, seen from its middle
+    const Vec3d normal = (c[2] - c[0]).cross(c[3] - c[1]);
+    const auto at = [&](size_t i) -> const Vec3d& { return c[(first + i) & 3]; };
+    return std::min((at(1) - at(0)).cross(at(2) - at(0)).dot(normal), (at(2) - at(0)).cross(at(3) - at(0)).dot(normal));
+  };
+  const bool shorter = (c[2] - c[0]).squaredNorm() <= (c[3] - c[1]).squaredNorm();
+  const double first = least(0), second = least(1);
+  const bool along02 = shorter ? first > 0 || first >= second : !(second > 0 || second >= first);
+  if (along02) return {{{0, 1, 2}, {0, 2, 3}}};
+  return {{{1, 2, 3}, {1, 3, 0}}};
+}
+
+TriangleMesh trianglesOf(const QuadMesh& mesh) {
+  TriangleMesh out;
+  out.positions = mesh.positions;
+  for (const auto& q : mesh.quads)
+    for (const auto& t :
+         trianglesOf({mesh.positions[q[0]], mesh.positions[q[1]], mesh.positions[q[2]], mesh.positions[q[3]]}))
+      out.triangles.push_back({q[t[0]], q[t[1]], q[t[2]]});
+  return out;
+}
+
 double scaledJacobian(const QuadMesh& mesh, const std::array<uint32_t, 4>& quad) {
   std::array<Vec3d, 4> p;
   for (size_t s = 0; s < 4; ++s) p[s] = mesh.positions[quad[s]];

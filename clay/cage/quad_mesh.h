@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "clay/base/vec.h"
+#include "clay/mesh/triangle_mesh.h"
 
 namespace argil::clay {
 
@@ -25,6 +26,12 @@ struct QuadShapes {
   double mean = 1, least = 1;  ///< Scaled Jacobians.
 };
 [[nodiscard]] QuadShapes shapesOf(const QuadMesh& mesh);
+
+/// The two triangles of a quad, as corners: along the shorter diagonal, unless one of them would lie the other way.
+[[nodiscard]] std::array<std::array<uint8_t, 3>, 2> trianglesOf(const std::array<Vec3d, 4>& corners);
+
+/// Those of all quads, two by two.
+[[nodiscard]] TriangleMesh trianglesOf(const QuadMesh& mesh);
 
 /// Each quad in four, at the middles of its sides; creases and corners as they were.
 [[nodiscard]] QuadMesh halved(const QuadMesh& mesh);

@@ -21,12 +21,6 @@ struct Chart {
   FlatDisk flat;
 };
 
-/// The two triangles of a quad, as corners: along the shorter diagonal, unless one of them would lie the other way.
-[[nodiscard]] std::array<std::array<uint8_t, 3>, 2> trianglesOf(const std::array<Vec3d, 4>& corners);
-
-/// All of them.
-[[nodiscard]] TriangleMesh trianglesOf(const QuadMesh& mesh);
-
 /// Charts of all quads, few and none stretched by more than it must be: quads are joined as long as a chart keeps
 /// within `stretch` (FlatDisk::stretch, above 1) and passes over itself nowhere; what cannot be joined stays alone.
 /// Less stretched ones are tried first, and it ends where there are no more than `few`. Throws Error for a mesh that is
