@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <exception>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -111,6 +112,7 @@ double lackOf(QuadMesh mesh, const CageMaker& maker, const WorkPart& part) {
 QuadMesh bestLayout(const CageMaker& maker, size_t most, bool toHalve, int threads, const WorkPart& part) {
   struct Drawn {
     QuadMesh mesh;
+    bool poor = false;  // not to be halved
     double lack = HUGE_VAL;
     std::exception_ptr refused;
   };
@@ -122,6 +124,7 @@ QuadMesh bestLayout(const CageMaker& maker, size_t most, bool toHalve, int threa
       try {
         drawn[i].mesh =
             maker.make(own, static_cast<size_t>(kLayouts[i].share * double(most)), kLayouts[i].regular).mesh;
+        drawn[i].poor = toHalve && shapesOf(drawn[i].mesh).mean <= kGoodJacobian;
         if (const double lack = lackOf(drawn[i].mesh, maker, own.part(1, 1)); std::isfinite(lack)) drawn[i].lack = lack;
       } catch (const Cancelled&) {
         throw;
@@ -132,7 +135,7 @@ QuadMesh bestLayout(const CageMaker& maker, size_t most, bool toHalve, int threa
   };
   parallelBlocks(drawn.size(), threads, draw, 1);
   const auto best = std::min_element(drawn.begin(), drawn.end(), [](const Drawn& a, const Drawn& b) {
-    return std::pair(a.mesh.quads.empty(), a.lack) < std::pair(b.mesh.quads.empty(), b.lack);
+    return std::tuple(a.mesh.quads.empty(), a.poor, a.lack) < std::tuple(b.mesh.quads.empty(), b.poor, b.lack);
   });
   if (best->mesh.quads.empty()) std::rethrow_exception(drawn.front().refused);
   return std::move(best->mesh);

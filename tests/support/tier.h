@@ -1,6 +1,7 @@
 #pragma once
 // How much of a test is done: a part in every run, all of it in the long tier.
 
+#include <cstdint>
 #include <cstdlib>
 
 namespace argil::tests {
@@ -20,6 +21,12 @@ template <class Number>
 [[nodiscard]] inline int rounds(int always, int inLongTier) {
   const char* word = std::getenv("ARGIL_ROUNDS");
   return word != nullptr ? std::atoi(word) : byTier(always, inLongTier);
+}
+
+/// Of such a test: ARGIL_SEED, so that a second soak damages other places than the first.
+[[nodiscard]] inline uint32_t seed(uint32_t usual) {
+  const char* word = std::getenv("ARGIL_SEED");
+  return word != nullptr ? static_cast<uint32_t>(std::strtoul(word, nullptr, 10)) : usual;
 }
 
 }  // namespace argil::tests
