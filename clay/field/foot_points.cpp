@@ -28,10 +28,12 @@ struct Derivatives {
   Eigen::Matrix3f bend;
 };
 
-// Of a field at `p`, at least a voxel within it. Values that only say "beyond the band" are taken for what the plane
-// through the cell's own says.
+// Of a field at `p`, at least a voxel within it, or on that rim: then of the cell before. Values that only say "beyond
+// the band" are taken for what the plane through the cell's own says.
 Derivatives derivativesAt(const LevelSet& set, const Vec3f& p) {
-  const Coord base{static_cast<int>(p.x()), static_cast<int>(p.y()), static_cast<int>(p.z())};
+  const Coord base{std::min(static_cast<int>(p.x()), set.size.x - 3), std::min(static_cast<int>(p.y()), set.size.y - 3),
+                   std::min(static_cast<int>(p.z()), set.size.z - 3)};
+  const Vec3f in = p - base.toVec3d().cast<float>();
   const float* own = set.phi + voxelIndex(set.size, base);
   const auto step = [&](Coord by) { return static_cast<ptrdiff_t>(voxelIndex(set.size, by)); };
   const ptrdiff_t sx = step({1, 0, 0}), sy = step({0, 1, 0});
@@ -45,7 +47,7 @@ Derivatives derivativesAt(const LevelSet& set, const Vec3f& p) {
   sum /= 8, plane /= 4;
   float w[3][4], d[3][4], b[3][4];
   for (int axis = 0; axis < 3; ++axis) {
-    const float t = p[axis] - std::floor(p[axis]);
+    const float t = in[axis];
     catmullRom(t, w[axis]), catmullRomSlope(t, d[axis]), splineBend(t, b[axis]);
   }
   Vec4f rows[4][4], most = Vec4f::Zero();
