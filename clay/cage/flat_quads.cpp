@@ -39,8 +39,7 @@ struct Layout {
 constexpr std::array<Layout, 4> kLayouts{{{1, true}, {1, false}, {0.985, true}, {0.985, false}}};
 constexpr size_t kManyQuads = 1300, kFewLayouts = 2;
 constexpr double kBadJacobian = 0.2, kBadQuad = 4;  // such a quad counts as so many irregular vertices,
-constexpr double kAnyway = 8;                       // and every layout has about as many that none can do without;
-                                                    // all of them by their square, for with few edges run on farther
+constexpr double kAnyway = 8;                       // and every layout has about as many that none can do without
 constexpr double kOfMost = 0.2;                     // what the largest distance counts beside the RMS
 constexpr size_t kPlaces = 20000;                   // of the surface, where distances are taken
 constexpr double kShareOfCage = 0.8, kShareOfHalf = 0.95, kShareOfFit = 0.9;
@@ -75,7 +74,8 @@ double shareInEnd(const CageMaker& maker, const EndPlane& end) {
   return in / all;
 }
 
-// What a layout lacks, once its quads lie where they fit best: irregular vertices and bad quads, and distances.
+// What a layout lacks, once its quads lie where they fit best: irregular vertices and bad quads, squared, times
+// distances. Not squared, layouts with more of them would be taken, since quads come near the clay in any.
 double lackOf(QuadMesh mesh, const CageMaker& maker, const WorkPart& part) {
   const TriangleMesh& surface = maker.surface();
   unfoldQuads(mesh, surface, maker.tree(), maker.creases(), part);
