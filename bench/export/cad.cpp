@@ -312,6 +312,30 @@ void tell(BenchReport& report, const char* what, const Totals& totals) {
         meanOf(totals.seconds), totals.peerRefused, totals.peers));
 }
 
+// Clay of a file's mesh, kSizeMm long. None, and a line that says why, for one that cannot be read or is not closed.
+std::optional<Version> closedModel(BenchReport& report, const BenchOptions& options, const fs::path& file) {
+  const auto leftOut = [&](const char* why) {
+    report.heading(fmt::format("{}: left out: {}", file.filename().string(), why));
+    return std::nullopt;
+  };
+  try {
+    TriangleMesh mesh = io::merged(io::readModel(file, options.job).objects).mesh;
+    Vec3d low = mesh.positions.front(), high = low;
+    for (const Vec3d& p : mesh.positions) low = low.cwiseMin(p), high = high.cwiseMax(p);
+    for (Vec3d& p : mesh.positions) p = (p - 0.5 * (low + high)) * (kSizeMm / (high - low).maxCoeff());
+    ImportOptions how;
+    how.grid.voxelMm = kVoxelMm;
+    Imported clay = meshToClay(Store::make(), mesh, how, options.job);
+    if (!clay.report.sound()) return leftOut("not sound");
+    if (clay.version.stats().bricks == 0) return leftOut("no clay");
+    return std::move(clay.version);
+  } catch (const Cancelled&) {
+    throw;
+  } catch (const Error& e) {
+    return leftOut(e.what());
+  }
+}
+
 void measured(BenchReport& report, const BenchOptions& options, bool faces) {
   const fs::path folder = options.folder.empty() ? fs::temp_directory_path() : options.folder;
   if (!fs::exists(kBlender)) report.heading("cad: without Blender there is no peer");
@@ -324,28 +348,15 @@ void measured(BenchReport& report, const BenchOptions& options, bool faces) {
     std::sort(files.begin(), files.end());
     Totals few, more, many;
     for (const fs::path& file : files) {
-      TriangleMesh mesh;
-      try {
-        mesh = io::merged(io::readModel(file, options.job).objects).mesh;
-      } catch (const Cancelled&) {
-        throw;
-      } catch (const Error&) {
-        continue;  // the bad files
-      }
-      Vec3d low = mesh.positions.front(), high = low;
-      for (const Vec3d& p : mesh.positions) low = low.cwiseMin(p), high = high.cwiseMax(p);
-      for (Vec3d& p : mesh.positions) p = (p - 0.5 * (low + high)) * (kSizeMm / (high - low).maxCoeff());
-      ImportOptions how;
-      how.grid.voxelMm = kVoxelMm;
-      Imported clay = meshToClay(Store::make(), mesh, how, options.job);
-      if (!clay.report.sound() || clay.version.stats().bricks == 0) continue;
+      const std::optional<Version> clay = closedModel(report, options, file);
+      if (!clay) continue;
       const std::string name = file.stem().string();
-      quadsOf(report, options, name, clay.version, kFewQuads, folder, true, few);
-      quadsOf(report, options, name, clay.version, kQuads, folder, true, more);
-      quadsOf(report, options, name, clay.version, kManyQuads, folder, true, many);
+      quadsOf(report, options, name, *clay, kFewQuads, folder, true, few);
+      quadsOf(report, options, name, *clay, kQuads, folder, true, more);
+      quadsOf(report, options, name, *clay, kManyQuads, folder, true, many);
       if (!faces) continue;
-      facesOf(report, options, name, clay.version, kFewQuads);
-      facesOf(report, options, name, clay.version, 2 * kFewQuads);
+      facesOf(report, options, name, *clay, kFewQuads);
+      facesOf(report, options, name, *clay, 2 * kFewQuads);
     }
     tell(report, "closed meshes, 500 quads", few);
     tell(report, "closed meshes, 2 000 quads", more);
