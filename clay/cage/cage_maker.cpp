@@ -25,6 +25,7 @@ constexpr double kBeginWith = 20;  // quads for each that is asked for
 // times as many. For few alone, since each way takes about 0.2 ms a quad that goes.
 constexpr size_t kFewQuads = 200;
 constexpr double kNearlyFew = 1.5, kBetween[] = {8, 6, 5, 4, 3, 2};
+constexpr double kEnough = 0.95, kLeastShare = 0.5;   // of the quads that are asked for
 constexpr double kFinest = 1.4, kFinestOfEven = 0.1;  // voxels, even edges: nothing finer is looked at
 constexpr double kOfThickness = 0.7;  // an edge is at most so long: four quads go around a limb or into a slit
 constexpr double kLeastOfEven = 0.25, kLeastRefined = 1.0 / 6;  // of an even edge
@@ -203,6 +204,16 @@ CoarseCage CageMaker::make(const WorkPart& part, size_t most, bool regular) cons
   if (most == 0) most = most_;
   CoarseCage cage;
   cage.mesh = coarsened(fine_, surface_, *tree_, *creases_, sizes_, most, finest_, part, {.regular = regular});
+  // Lines that lost edges took rows of quads with them: then more are drawn at first, as many as went or some of them.
+  const auto share = double(cage.mesh.quads.size()) / double(most);
+  for (const double more : {1.0, 0.5, 0.25}) {
+    if (!regular || creases_->empty() || share >= kEnough || share < kLeastShare) break;
+    const auto asked = static_cast<size_t>((1 + more * (1 / share - 1)) * double(most));
+    QuadMesh mesh = coarsened(fine_, surface_, *tree_, *creases_, sizes_, asked, finest_, part, {.regular = regular});
+    if (mesh.quads.size() > most || mesh.quads.size() <= cage.mesh.quads.size()) continue;
+    cage.mesh = std::move(mesh);
+    break;
+  }
   // Lines of creases get in each other's way. Evened out in between they come to lie otherwise.
   if (most <= kFewQuads && cage.mesh.quads.size() > most &&
       double(cage.mesh.quads.size()) < kNearlyFew * double(most)) {

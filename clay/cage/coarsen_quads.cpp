@@ -25,19 +25,21 @@ constexpr size_t kStepEach = 512;
 constexpr double kLastShare = 1.3;  // times the quads that are asked for: from there on lines keep two quads a vertex
 constexpr double kLongestCut = 3;   // sizes: two edges of a line that are longer keep what lies between them
 constexpr double kOfLine = 0.8;     // what a diagonal beside two edges of a line counts of its length
-// Disks of quads that are filled anew: how many quads in one, of all and at most; how much longer edges may become, how
-// often their vertices are evened out, and how often all are looked for.
+// Disks of quads that are filled anew: how many quads in one, of all and at most; how much longer edges may become, and
+// in sizes; how often their vertices are evened out, and how often all are looked for.
 constexpr double kOfAll = 0.5;
 constexpr size_t kMostInDisk = 400;
 constexpr double kLonger = 1.25;
+constexpr double kShort = 0.5;  // sizes: beside a line that gets another count of edges none becomes so short
+constexpr double kRoom = 0.97;  // of the quads that are asked for: lines that get more edges take the rest
 // Sizes: what they went around lies so near to them, at the end and at once; and of what is allowed, what lies so far
 // off the surface is not worse than before.
 struct DiskLimits {
-  double away, atOnce, off;
+  double away, atOnce, off, longest;
 };
-constexpr DiskLimits kNear{0.7, 1, 1.3}, kRegular{1, 1.5, 2};
+constexpr DiskLimits kNear{0.7, 1, 1.3, HUGE_VAL}, kRegular{1, 1.5, 2, 2.6};
 constexpr size_t kMoreQuads = 2;  // that a quad alone on a side of a line takes not to be alone
-constexpr int kEvened = 6, kRefills = 6;
+constexpr int kEvened = 6, kEvenedBesideLines = 24, kRefills = 6;
 
 class Coarsener {
  public:
@@ -46,13 +48,15 @@ class Coarsener {
         web_(on_.web()),
         ground_(ground),
         limits_(how.regular ? kRegular : kNear),
+        regular_(how.regular),
         between_(how.between),
         changed_(web_.quads(), 0) {}
 
   QuadMesh run(size_t most, const WorkPart& part) {
     if (!ground_.creases.empty())
       for (int round = 0; round < kAtFirst; ++round) makeEven();
-    becomeFewer(most, WebOnSurface::kStages, part);
+    becomeFewer(regular_ && !ground_.creases.empty() ? static_cast<size_t>(kRoom * double(most)) : most,
+                WebOnSurface::kStages, part);
     for (uint32_t f = 0; f < web_.quads(); ++f)
       if (web_.isThere(f)) (void)web_.removeInset(f);
     last_ = true;
@@ -248,23 +252,23 @@ class Coarsener {
   void refill(size_t most, const WorkPart& part) {
     const size_t stage = on_.stage();
     on_.setStage(0);
-    QuadPatches patches(web_);
+    QuadPatches patches(web_, regular_);
     for (int round = 0, changed = 1; round < kRefills && changed > 0; ++round) {
       changed = 0;
-      std::set<std::vector<uint32_t>> tried;
+      std::set<std::pair<std::vector<uint32_t>, size_t>> tried;
       for (uint32_t v = 0; v < web_.vertices(); ++v) {
         part.step(1);
         const auto largest = std::min(kMostInDisk, static_cast<size_t>(kOfAll * double(web_.count())));
         changed += patches.around(v, largest, [&](const Refill& each) {
-          return web_.count() + each.fill.quads.size() <= most + each.quads.size() && tried.insert(each.quads).second &&
-                 refilled(each);
+          return web_.count() + each.made.size() <= most + each.quads.size() &&
+                 tried.emplace(each.quads, each.lines.empty() ? 0 : each.made.size()).second && refilled(each);
         });
       }
     }
     on_.setStage(stage);
   }
   struct Judged {
-    double jacobian = 1, off, longest = 0;
+    double jacobian = 1, off, longest = 0, shortest = kShort;
     int folded = 0;
   };
   Judged judged(const std::vector<uint32_t>& vertices) {
@@ -275,8 +279,11 @@ class Coarsener {
       out.folded += jacobian < WebOnSurface::kLeastJacobian;
       out.off = std::max(out.off, on_.offAround(v, web_.at(v)));
       web_.beside(v, beside_);
-      for (const uint32_t each : beside_)
-        out.longest = std::max(out.longest, (web_.at(v) - web_.at(each)).norm() / on_.sizeBetween(v, each));
+      for (const uint32_t each : beside_) {
+        const double length = (web_.at(v) - web_.at(each)).norm() / on_.sizeBetween(v, each);
+        out.longest = std::max(out.longest, length);
+        out.shortest = std::min(out.shortest, length);
+      }
     }
     return out;
   }
@@ -301,35 +308,43 @@ class Coarsener {
       });
     });
   }
-  bool refilled(const Refill& refill) {
+  bool refilled(Refill refill) {
+    if (regular_) refill.carryOver(web_);
     const std::vector<uint32_t> before = verticesOf(refill.quads);
     std::vector<Place> places;
     for (const uint32_t v : before) places.push_back(on_.placeOf(v));
     // The cheapest look first: most cannot be.
     const auto filledAt = [&](uint32_t v) {
-      return v < QuadFill::kAdded ? web_.at(v) : refill.fill.added[v - QuadFill::kAdded];
+      return v < QuadFill::kAdded ? web_.at(v) : refill.added[v - QuadFill::kAdded];
     };
-    if (!goAround(refill.fill.quads, filledAt, places, limits_.atOnce)) return false;
+    if (!goAround(refill.made, filledAt, places, limits_.atOnce)) return false;
     const Judged was = judged(before);
-    std::vector<std::array<uint32_t, 4>> old, made = refill.fill.quads;
+    std::vector<std::array<uint32_t, 4>> old, made = refill.made;
     for (const uint32_t f : refill.quads) old.push_back(web_.quad(f));
     const auto first = static_cast<uint32_t>(web_.vertices());
-    for (const Vec3d& p : refill.fill.added) (void)on_.add(p, before.front());
-    for (auto& quad : made)
-      for (uint32_t& v : quad)
-        if (v >= QuadFill::kAdded) v = v - QuadFill::kAdded + first;
-    const std::vector<uint32_t> quads = on_.replace(refill.quads, made, refill.quads);
+    for (const Vec3d& p : refill.added) (void)on_.add(p, before.front());
+    std::vector<BorderSide> lines = refill.newLines;
+    const auto number = [&](uint32_t& v) {
+      if (v >= QuadFill::kAdded) v = v - QuadFill::kAdded + first;
+    };
+    for (auto& quad : made) std::for_each(quad.begin(), quad.end(), number);
+    for (BorderSide& line : lines) std::for_each(line.begin(), line.end(), number);
+    const std::vector<uint32_t> quads = on_.replace(refill.quads, made, refill.quads, lines);
+    for (const BorderSide& line : lines)
+      for (const uint32_t v : line)
+        if (v >= first) on_.place(v, web_.at(v));
     changed_.resize(web_.quads(), 0);
     const std::vector<uint32_t> after = verticesOf(quads);
-    for (int round = 0; round < kEvened; ++round)
+    for (int round = 0; round < (lines.empty() ? kEvened : kEvenedBesideLines); ++round)
       for (const uint32_t v : after) on_.relax(v);
     for (const uint32_t v : after) on_.unfold(v);
     const Judged is = judged(after);
     const auto at = [&](uint32_t v) { return web_.at(v); };
     if (is.jacobian >= std::min(was.jacobian, WebOnSurface::kGoodJacobian) && is.folded <= was.folded &&
-        is.off <= was.off && is.longest <= kLonger * was.longest && goAround(made, at, places, limits_.away))
+        is.off <= was.off && is.longest <= std::max(was.longest, std::min(kLonger * was.longest, limits_.longest)) &&
+        (refill.lines.empty() || kLonger * is.shortest >= was.shortest) && goAround(made, at, places, limits_.away))
       return true;
-    (void)on_.replace(quads, old, refill.quads);
+    (void)on_.replace(quads, old, refill.quads, refill.lines);
     on_.takeBack(first);
     for (const Place& each : places) on_.putBack(each);
     return false;
@@ -368,7 +383,7 @@ class Coarsener {
   QuadWeb& web_;
   WebGround ground_;
   DiskLimits limits_;
-  bool between_, last_ = false;
+  bool regular_, between_, last_ = false;
   std::vector<uint32_t> changed_, beside_, ring_;
   std::priority_queue<Offer> queue_;
 };

@@ -39,8 +39,10 @@ struct Layout {
 constexpr std::array<Layout, 4> kLayouts{{{1, true}, {1, false}, {0.985, true}, {0.985, false}}};
 constexpr size_t kManyQuads = 1300, kFewLayouts = 2;
 constexpr double kBadJacobian = 0.2, kBadQuad = 4;  // such a quad counts as so many irregular vertices,
-constexpr double kAnyway = 8;                       // and every layout has about as many that none can do without
+constexpr double kAnyway = 8;                       // and every layout has about as many that none can do without;
+constexpr double kTooFew = 160;                     // fewer quads than were asked for, in parts of these
 constexpr double kOfMost = 0.2;                     // what the largest distance counts beside the RMS
+constexpr double kLeastOff = 0.01;                  // of the finest that is looked at: less makes no layout better
 constexpr size_t kPlaces = 20000;                   // of the surface, where distances are taken
 constexpr double kShareOfCage = 0.8, kShareOfHalf = 0.95, kShareOfFit = 0.9;
 
@@ -76,16 +78,17 @@ double shareInEnd(const CageMaker& maker, const EndPlane& end) {
 
 // What a layout lacks, once its quads lie where they fit best: irregular vertices and bad quads, squared, times
 // distances. Not squared, layouts with more of them would be taken, since quads come near the clay in any.
-double lackOf(QuadMesh mesh, const CageMaker& maker, const WorkPart& part) {
+double lackOf(QuadMesh mesh, size_t most, const CageMaker& maker, const WorkPart& part) {
   const TriangleMesh& surface = maker.surface();
   unfoldQuads(mesh, surface, maker.tree(), maker.creases(), part);
   fitQuads(mesh, surface, maker.tree(), maker.creases(), 1, part);
   auto lack = double(QuadTopology(mesh).irregular()) + kAnyway;
+  lack += kTooFew * std::max(0.0, kEnough - double(mesh.quads.size()) / double(most));
   const TriangleMesh triangles = trianglesOf(mesh);
   for (const auto& quad : mesh.quads)
     if (scaledJacobian(mesh, quad) < kBadJacobian) lack += kBadQuad;
   // Both ways, as for all that is told of distances.
-  double rms = 0, most = 0;
+  double rms = 0, farthest = 0;
   const auto measure = [&](size_t count, const NearestTriangle& to, const auto& place) {
     double sum = 0;
     uint32_t hint = UINT32_MAX;
@@ -93,7 +96,7 @@ double lackOf(QuadMesh mesh, const CageMaker& maker, const WorkPart& part) {
       const NearestTriangle::Hit hit = to.nearest(place(i), hint);
       hint = hit.triangle;
       sum += hit.squared / double(count);
-      most = std::max(most, std::sqrt(hit.squared));
+      farthest = std::max(farthest, std::sqrt(hit.squared));
     }
     rms = std::max(rms, std::sqrt(sum));
   };
@@ -105,7 +108,8 @@ double lackOf(QuadMesh mesh, const CageMaker& maker, const WorkPart& part) {
     const std::array<Vec3d, 4> places{(a + b + c) / 3, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)};
     return places[i % 4];
   });
-  return lack * lack * (rms + kOfMost * most);
+  // On flat faces distances are none.
+  return lack * lack * (rms + kOfMost * farthest + kLeastOff * maker.finestMm());
 }
 
 // The same for any count of threads.
@@ -125,7 +129,8 @@ QuadMesh bestLayout(const CageMaker& maker, size_t most, bool toHalve, int threa
         drawn[i].mesh =
             maker.make(own, static_cast<size_t>(kLayouts[i].share * double(most)), kLayouts[i].regular).mesh;
         drawn[i].poor = toHalve && shapesOf(drawn[i].mesh).mean <= kGoodJacobian;
-        if (const double lack = lackOf(drawn[i].mesh, maker, own.part(1, 1)); std::isfinite(lack)) drawn[i].lack = lack;
+        if (const double lack = lackOf(drawn[i].mesh, most, maker, own.part(1, 1)); std::isfinite(lack))
+          drawn[i].lack = lack;
       } catch (const Cancelled&) {
         throw;
       } catch (const Error&) {

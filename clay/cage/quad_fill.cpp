@@ -190,8 +190,10 @@ class Filler {
 
 }  // namespace
 
-int leastIrregular(const std::vector<BorderSide>& sides) {
-  const auto spokes = spokesOf(lengthsOf(sides));
+int leastIrregular(const std::vector<int>& lengths) {
+  Lengths sides;
+  for (const int each : lengths) sides.add(each);
+  const auto spokes = spokesOf(sides);
   return !spokes ? 2 : spokes->count == 0 ? 0 : 1;
 }
 

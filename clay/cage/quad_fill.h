@@ -20,8 +20,9 @@ struct QuadFill {
   static constexpr uint32_t kAdded = 1U << 31;
 };
 
-/// How many of the vertices that filled() adds have other than four quads, if it finds a way. 2 to 6 sides.
-[[nodiscard]] int leastIrregular(const std::vector<BorderSide>& sides);
+/// How many of the vertices that filled() adds have other than four quads, if it finds a way. Of 2 to 6 sides, how many
+/// edges each has.
+[[nodiscard]] int leastIrregular(const std::vector<int>& lengths);
 
 /// Fills a polygon of 2 to 6 straight sides: at each corner lies one quad, along each side two at a vertex. Four sides
 /// of which the opposite ones are equally long get a grid; three or five, where lengths allow, one vertex of as many

@@ -105,8 +105,10 @@ QuadWeb::Sector QuadWeb::sectorOf(uint32_t vertex, uint32_t quad, std::vector<ui
   if (quads) *quads = creases == 0 ? around_[vertex] : std::vector{quad};
   if (creases == 0) return {int(around_[vertex].size()), 4};
   Sector sector{1, 2};
+  const bool straight = creases == 2 && !marked_[vertex];
   double angle = 0;
   const auto add = [&](uint32_t f, int s) {
+    if (straight) return;
     const auto& q = quads_[f];
     const Vec3d a = positions_[q[size_t(s + 1) & 3]] - positions_[vertex],
                 b = positions_[q[size_t(s + 3) & 3]] - positions_[vertex];
@@ -134,7 +136,7 @@ QuadWeb::Sector QuadWeb::sectorOf(uint32_t vertex, uint32_t quad, std::vector<ui
     if (quads) quads->push_back(f);
     ++sector.count;
   }
-  if (creases != 2 || marked_[vertex]) sector.right = std::max(1, int(std::lround(angle / (std::numbers::pi / 2))));
+  if (!straight) sector.right = std::max(1, int(std::lround(angle / (std::numbers::pi / 2))));
   return sector;
 }
 
@@ -380,8 +382,12 @@ void QuadWeb::takeBack(uint32_t first) {
 
 std::vector<uint32_t> QuadWeb::replace(const std::vector<uint32_t>& going,
                                        const std::vector<std::array<uint32_t, 4>>& quads,
-                                       const std::vector<uint32_t>& free) {
+                                       const std::vector<uint32_t>& free,
+                                       const std::vector<std::vector<uint32_t>>& lines) {
   std::vector<std::array<uint32_t, 2>> creased;
+  for (const auto& line : lines)
+    for (size_t k = 0; k + 1 < line.size(); ++k)
+      creased.insert(creased.end(), {{line[k], line[k + 1]}, {line[k + 1], line[k]}});
   for (const uint32_t f : going) {
     for (size_t s = 0; s < 4; ++s) {
       if (isCrease(f, int(s))) creased.push_back({quads_[f][s], quads_[f][(s + 1) & 3]});

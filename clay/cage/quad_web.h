@@ -83,10 +83,11 @@ class QuadWeb {
   /// The vertices from `first` on, which have no quads, were never added.
   void takeBack(uint32_t first);
   /// Other quads within the same border, which must be of the same shape and not join what is joined outside: that is
-  /// not looked at. Sides that were creases are. They get the numbers `free`, of quads that are gone or go now, and new
-  /// ones beyond. Returns their numbers.
+  /// not looked at. Sides that were creases are, and those along `lines`. They get the numbers `free`, of quads that
+  /// are gone or go now, and new ones beyond. Returns their numbers.
   std::vector<uint32_t> replace(const std::vector<uint32_t>& going, const std::vector<std::array<uint32_t, 4>>& quads,
-                                const std::vector<uint32_t>& free);
+                                const std::vector<uint32_t>& free,
+                                const std::vector<std::vector<uint32_t>>& lines = {});
 
   /// Without what is gone.
   [[nodiscard]] QuadMesh mesh() const;

@@ -257,8 +257,9 @@ double WebOnSurface::edgeOff(uint32_t from, uint32_t to) const {
 
 std::vector<uint32_t> WebOnSurface::replace(const std::vector<uint32_t>& going,
                                             const std::vector<std::array<uint32_t, 4>>& quads,
-                                            const std::vector<uint32_t>& free) {
-  std::vector<uint32_t> made = web_.replace(going, quads, free);
+                                            const std::vector<uint32_t>& free,
+                                            const std::vector<std::vector<uint32_t>>& lines) {
+  std::vector<uint32_t> made = web_.replace(going, quads, free, lines);
   near_.resize(web_.quads(), kNoneNear);
   return made;
 }

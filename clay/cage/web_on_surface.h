@@ -66,7 +66,8 @@ class WebOnSurface {
 
   /// As in QuadWeb; what is added comes onto the surface.
   std::vector<uint32_t> replace(const std::vector<uint32_t>& going, const std::vector<std::array<uint32_t, 4>>& quads,
-                                const std::vector<uint32_t>& free);
+                                const std::vector<uint32_t>& free,
+                                const std::vector<std::vector<uint32_t>>& lines = {});
   uint32_t add(const Vec3d& at, uint32_t near);
   void takeBack(uint32_t first);
   /// A vertex as it is, to be put back.

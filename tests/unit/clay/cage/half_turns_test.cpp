@@ -89,8 +89,8 @@ TEST(QuadPatches, GiveAQuadThatIsAloneASecondOne) {
     const std::optional<Refill> refill = QuadPatches(web).notAlone(f, corner, forward);
     ASSERT_TRUE(refill.has_value());
     const auto first = static_cast<uint32_t>(web.vertices());
-    for (const Vec3d& p : refill->fill.added) (void)web.add(p);
-    std::vector<std::array<uint32_t, 4>> quads = refill->fill.quads;
+    for (const Vec3d& p : refill->added) (void)web.add(p);
+    std::vector<std::array<uint32_t, 4>> quads = refill->made;
     for (auto& quad : quads)
       for (uint32_t& v : quad)
         if (v >= QuadFill::kAdded) v = v - QuadFill::kAdded + first;

@@ -68,7 +68,7 @@ TEST(QuadFill, IsADiskWithFewIrregularVertices) {
       }
       ++fills;
       ASSERT_EQ(border % 2, 0u);
-      EXPECT_EQ(fill.irregular, leastIrregular(sides));
+      EXPECT_EQ(fill.irregular, leastIrregular(lengths));
       ++byIrregular[size_t(fill.irregular)];
       std::map<std::pair<uint32_t, uint32_t>, int> edges;
       std::map<uint32_t, int> around;
@@ -120,9 +120,9 @@ int unevenness(const QuadWeb& web) {
 }
 
 void replaceIn(QuadWeb& web, const Refill& refill) {
-  std::vector<std::array<uint32_t, 4>> quads = refill.fill.quads;
+  std::vector<std::array<uint32_t, 4>> quads = refill.made;
   std::vector<uint32_t> added;
-  for (const Vec3d& p : refill.fill.added) added.push_back(web.add(p));
+  for (const Vec3d& p : refill.added) added.push_back(web.add(p));
   for (auto& quad : quads)
     for (uint32_t& v : quad)
       if (v >= QuadFill::kAdded) v = added[v - QuadFill::kAdded];
