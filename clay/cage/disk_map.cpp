@@ -10,7 +10,8 @@ namespace argil::clay {
 
 namespace {
 
-constexpr int kSweeps = 80;       // over all vertices, so that 20 rows come to rest within a hundredth of one
+// Sweeps over all vertices: of 20 rows each then lies within a hundredth of a row of its place.
+constexpr int kSweeps = 80;
 constexpr double kRelaxed = 1.6;  // of the way to the mean
 
 using Flat = std::map<uint32_t, Eigen::Vector2d>;

@@ -18,11 +18,11 @@ struct QuadDisk {
   std::vector<BorderSide> sides;
 };
 
-/// For each vertex of `is` that is not on its border, a place on the quads of `was`. Both have the same corners; a side
-/// of which the number of edges differs is taken to be divided evenly along the old one. Both are laid out in a circle
-/// by Tutte's embedding, so what folds in neither there folds on the quads only where these do. `at`: where a vertex of
-/// `was` lies. Throws std::out_of_range for sides that are not the border. Cost: about a millisecond for 400 quads.
-/// Method: Tutte 1963; every vertex in the mean of those beside it.
+/// For each vertex of `is` that is not on its border, a place on the quads of `was`. Both have the same corners, and
+/// `sides` are the whole border; a side of which the number of edges differs is divided evenly along the old one. Both
+/// are laid out in a circle by Tutte's embedding, which folds nothing, and a new vertex goes to where it lies among the
+/// old ones there. `at`: where a vertex of `was` lies. Cost: grows as quads of `was` times vertices of `is`.
+/// Method: Tutte 1963 (every vertex in the mean of those beside it).
 [[nodiscard]] std::vector<std::pair<uint32_t, Vec3d>> placesOn(const QuadDisk& was, const QuadDisk& is,
                                                                const std::function<Vec3d(uint32_t)>& at);
 

@@ -12,7 +12,7 @@ constexpr size_t kDisks = 400;  // around one vertex, at most
 // Beyond a line of creases: disks that are looked at, how many more edges a line may get, disks in all, and how many of
 // those beyond are gone on from.
 constexpr size_t kDisksBeyond = 24, kMostDisks = 3, kFartherFrom = 1;
-constexpr int kLooks = 3;
+constexpr int kLooks = 3;   // disks along one line beyond which is looked
 constexpr int kVertex = 8;  // an irregular vertex more is worse than sides of four that differ by so many edges
 constexpr std::array<std::array<int, 2>, 2> kOtherCounts{{{1, 2}, {-1, -2}}};
 constexpr size_t kSides = 6;

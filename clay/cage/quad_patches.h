@@ -22,10 +22,10 @@ struct Refill {
   std::vector<std::array<uint32_t, 4>> made;  ///< Counter-clockwise.
   std::vector<Vec3d> added;                   ///< Where vertices from QuadFill::kAdded on lie: between the border.
   int gain = 0;
-  std::vector<BorderSide> lines, newLines;           ///< Between the disks, as they are and as they would be.
-  std::vector<std::pair<QuadDisk, QuadDisk>> disks;  ///< The same.
+  std::vector<BorderSide> lines, newLines;           ///< Of creases between the disks, as they are and would be.
+  std::vector<std::pair<QuadDisk, QuadDisk>> disks;  ///< As they are and would be.
 
-  /// Vertices within disks go to places on the quads of `web` that would go: nearer to the surface for 1 ms a disk.
+  /// Vertices within disks go to places on the quads of `web` that would go: nearer to the surface, and slower.
   void carryOver(const QuadWeb& web);
 };
 
