@@ -8,6 +8,7 @@
 #include <random>
 #include <set>
 
+#include "clay/cage/cage_maker.h"
 #include "clay/cage/disk_map.h"
 #include "clay/cage/flat_quads.h"
 #include "clay/cage/quad_fill.h"
@@ -15,6 +16,7 @@
 #include "clay/field/primitives.h"
 #include "clay/mesh/nearest_triangle.h"
 #include "clay/store/store.h"
+#include "clay/whole/boolean.h"
 
 namespace argil::clay {
 namespace {
@@ -256,6 +258,27 @@ TEST(FlatQuads, OfABlockAreNearlyGrids) {
   EXPECT_GT(shapesOf(made.mesh).mean, 0.95);
   EXPECT_GT(shapesOf(made.mesh).least, 0.3);
   EXPECT_GE(made.mesh.quads.size(), 450u);
+  // Few quads: a row of them is a seventh of all, and where lines lose edges more are drawn at first.
+  const FlatQuads few = flatQuads(block, 100, false, 2, WorkPart(nullptr));
+  EXPECT_LE(QuadTopology(few.mesh).irregular(), 14u) << "29";
+  EXPECT_GE(few.mesh.quads.size(), 85u);
+}
+
+// Lines that get more edges do not crowd them.
+TEST(CoarseCage, LinesThatChangeTheirCountKeepEdgesLong) {
+  Grid grid;
+  grid.voxelMm = 0.5;
+  const Version block = combine(makeBlock(Store::make(), grid, Vec3d(1, 2, 3), Vec3d(60, 40, 30), 0),
+                                makeCylinder(Store::make(), grid, Vec3d(1, 2, 3), 12, 60), Combination::cut);
+  for (const size_t quads : {160u, 180u, 200u, 240u, 280u}) {
+    const CageMaker maker(block, quads, true, 2, WorkPart(nullptr));
+    const CoarseCage cage = maker.make(WorkPart(nullptr), quads, true);
+    double shortest = 1e9;
+    for (const auto& quad : cage.mesh.quads)
+      for (size_t s = 0; s < 4; ++s)
+        shortest = std::min(shortest, (cage.mesh.positions[quad[s]] - cage.mesh.positions[quad[(s + 1) & 3]]).norm());
+    EXPECT_GT(shortest, 0.24 * cage.edgeMm) << quads;  // 0.21 where they may become as short as they like
+  }
 }
 
 }  // namespace
