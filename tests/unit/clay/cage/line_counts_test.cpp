@@ -54,8 +54,13 @@ TEST(DiskMap, LeavesWhatDoesNotChange) {
   ASSERT_EQ(fill.irregular, 0);
   const auto places = placesOn(sheet.disk, is, [&](uint32_t v) { return sheet.at[v]; });
   EXPECT_EQ(places.size(), 13u * 8);
-  for (const auto& [v, place] : places)
-    EXPECT_LT(std::ranges::min(sheet.at, {}, [&](const Vec3d& p) { return (p - place).norm(); }).x() - place.x(), 1e-3);
+  std::set<size_t> taken;
+  for (const auto& [v, place] : places) {
+    const auto near = std::ranges::min_element(sheet.at, {}, [&](const Vec3d& p) { return (p - place).norm(); });
+    EXPECT_LT((*near - place).norm(), 1e-3);
+    taken.insert(static_cast<size_t>(near - sheet.at.begin()));
+  }
+  EXPECT_EQ(taken.size(), places.size()) << "each its own";
 }
 
 // With another count of edges along a side all of it stays on the sheet, and no quad is turned over, though the sheet
