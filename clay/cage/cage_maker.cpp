@@ -25,6 +25,8 @@ constexpr double kBeginWith = 20;  // quads for each that is asked for
 // times as many. For few alone, since each way takes about 0.2 ms a quad that goes.
 constexpr size_t kFewQuads = 200;
 constexpr double kNearlyFew = 1.5, kBetween[] = {8, 6, 5, 4, 3, 2};
+constexpr double kLost = 1.5;      // voxels of a coarse grid: what is farther from its surface was lost on it
+constexpr size_t kPlaces = 20000;  // where that is looked for
 constexpr double kEnough = 0.95, kLeastShare = 0.5;   // of the quads that are asked for
 constexpr double kFinest = 1.4, kFinestOfEven = 0.1;  // voxels, even edges: nothing finer is looked at
 constexpr double kOfThickness = 0.7;  // an edge is at most so long: four quads go around a limb or into a slit
@@ -73,10 +75,10 @@ void growCrumbs(QuadMesh& mesh, double least) {
   }
 }
 
-// How far the clay goes on below each vertex, or the air above it where that is less, mm, up to `most`: as the mesh or
-// as the field says, whichever is farther. A vertex on a crease may have triangles of one face alone, and what lies
-// below that is the other face.
-std::vector<float> thicknesses(const Version& version, const TriangleMesh& mesh, double most) {
+// How far the clay goes on below each vertex (`side` −1), or the air above it (1), mm, up to `most`: as the mesh or as
+// the field says, whichever is farther. A vertex on a crease may have triangles of one face alone, and what lies below
+// that is the other face.
+std::vector<float> thicknesses(const Version& version, const TriangleMesh& mesh, int side, double most) {
   std::vector<Vec3d> normals(mesh.positions.size(), Vec3d::Zero());
   for (const auto& t : mesh.triangles) {
     const Vec3d &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
@@ -85,10 +87,13 @@ std::vector<float> thicknesses(const Version& version, const TriangleMesh& mesh,
   }
   Sampler field(version);
   const Grid& grid = version.grid();
-  // `side`: −1 in the clay, 1 outside.
-  const auto goesOn = [&](const Vec3d& at, const std::array<Vec3d, 2>& outwards, int side) {
+  std::vector<float> out(mesh.positions.size());
+  for (size_t i = 0; i < out.size(); ++i) {
+    const Vec3d& at = mesh.positions[i];
+    Vec3f gradient;
+    (void)field.tricubic(grid.toVoxel(at), gradient);
     double deepest = 0;
-    for (const Vec3d& each : outwards) {
+    for (const Vec3d& each : {normals[i], Vec3d(gradient.cast<double>())}) {
       const Vec3d way = side * each.normalized();
       double deep = 2 * grid.voxelMm;
       while (deep < most) {
@@ -98,17 +103,22 @@ std::vector<float> thicknesses(const Version& version, const TriangleMesh& mesh,
       }
       deepest = std::max(deepest, deep);
     }
-    return std::min(deepest, most);
-  };
-  std::vector<float> out(mesh.positions.size());
-  for (size_t i = 0; i < out.size(); ++i) {
-    const Vec3d& at = mesh.positions[i];
-    Vec3f gradient;
-    (void)field.tricubic(grid.toVoxel(at), gradient);
-    const std::array<Vec3d, 2> outwards{normals[i], gradient.cast<double>()};
-    out[i] = static_cast<float>(std::min(goesOn(at, outwards, -1), goesOn(at, outwards, 1)));
+    out[i] = static_cast<float>(std::min(deepest, most));
   }
   return out;
+}
+
+// Whether some of the surface is farther than that from the quads.
+bool isFarther(const TriangleMesh& surface, const QuadMesh& quads, double than) {
+  const TriangleMesh triangles = trianglesOf(quads);
+  const NearestTriangle tree(triangles);
+  uint32_t hint = UINT32_MAX;
+  for (size_t i = 0; i < surface.positions.size(); i += 1 + surface.positions.size() / kPlaces) {
+    const NearestTriangle::Hit hit = tree.nearest(surface.positions[i], hint);
+    hint = hit.triangle;
+    if (hit.squared > than * than) return true;
+  }
+  return false;
 }
 
 }  // namespace
@@ -154,7 +164,9 @@ CageMaker::CageMaker(const Version& version, size_t most, bool creased, int thre
                             static_cast<int64_t>(bodies) - shape_, least),
                 Error::Kind::work);
   part.step(0.3);
-  sizes_ = thicknesses(version, surface_, even_ / kOfThickness);
+  walls_ = thicknesses(version, surface_, -1, even_ / kOfThickness);
+  sizes_ = thicknesses(version, surface_, 1, even_ / kOfThickness);
+  for (size_t v = 0; v < sizes_.size(); ++v) sizes_[v] = std::min(sizes_[v], walls_[v]);
   for (float& each : sizes_)
     each = static_cast<float>(std::clamp(kOfThickness * double(each), kLeastOfEven * even_, even_));
   // Lines become fewer more slowly than what lies beside them.
@@ -178,7 +190,8 @@ CageMaker::CageMaker(const Version& version, size_t most, bool creased, int thre
     // Neither a body for a handle: a lost crumb and a closed hole would add up to the same.
     if (shapeOf(surface.vertexCount(), surface.quadCount()) != shape_) continue;
     fine_ = quadsOf(surface);
-    if (bodiesOf(fine_) == bodies) break;
+    // Nor a thin wall within a hollow, with which no shape changes.
+    if (bodiesOf(fine_) == bodies && !isFarther(surface_, fine_, kLost * voxel)) break;
   }
   growCrumbs(fine_, finest_);
   creases_->mark(fine_, *tree_);
@@ -203,13 +216,13 @@ void CageMaker::evenOut() {
 CoarseCage CageMaker::make(const WorkPart& part, size_t most, bool regular) const {
   if (most == 0) most = most_;
   CoarseCage cage;
-  cage.mesh = coarsened(fine_, surface_, *tree_, *creases_, sizes_, most, finest_, part, {.regular = regular});
+  cage.mesh = coarsened(fine_, ground(sizes_), most, part, {.regular = regular});
   // Lines that lost edges took rows of quads with them: then more are drawn at first, as many as went or some of them.
   const auto share = double(cage.mesh.quads.size()) / double(most);
   for (const double more : {1.0, 0.5, 0.25}) {
     if (!regular || creases_->empty() || share >= kEnough || share < kLeastShare) break;
     const auto asked = static_cast<size_t>((1 + more * (1 / share - 1)) * double(most));
-    QuadMesh mesh = coarsened(fine_, surface_, *tree_, *creases_, sizes_, asked, finest_, part, {.regular = regular});
+    QuadMesh mesh = coarsened(fine_, ground(sizes_), asked, part, {.regular = regular});
     if (mesh.quads.size() > most || mesh.quads.size() <= cage.mesh.quads.size()) continue;
     cage.mesh = std::move(mesh);
     break;
@@ -228,8 +241,7 @@ CoarseCage CageMaker::make(const WorkPart& part, size_t most, bool regular) cons
   if (cage.mesh.quads.size() > most && !creases_->empty()) {
     QuadMesh smooth = fine_;
     smooth.creases.clear();
-    cage.mesh =
-        coarsened(std::move(smooth), surface_, *tree_, *creases_, sizes_, most, finest_, part, {.regular = regular});
+    cage.mesh = coarsened(std::move(smooth), ground(sizes_), most, part, {.regular = regular});
   }
   if (cage.mesh.quads.size() > most)
     throw Error(fmt::format("no cage of at most {} quads goes around this piece, which took {}: give more", most,
@@ -241,7 +253,7 @@ CoarseCage CageMaker::make(const WorkPart& part, size_t most, bool regular) cons
 }
 
 QuadMesh CageMaker::fewer(QuadMesh mesh, size_t most, bool between, const WorkPart& part) const {
-  return coarsened(std::move(mesh), surface_, *tree_, *creases_, sizes_, most, finest_, part, {.between = between});
+  return coarsened(std::move(mesh), ground(sizes_), most, part, {.between = between});
 }
 
 void CageMaker::refine(const std::vector<float>& off) {

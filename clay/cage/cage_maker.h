@@ -6,6 +6,7 @@
 #include "clay/base/work_part.h"
 #include "clay/cage/crease_map.h"
 #include "clay/cage/quad_mesh.h"
+#include "clay/cage/web_on_surface.h"
 #include "clay/mesh/nearest_triangle.h"
 #include "clay/store/version.h"
 
@@ -43,6 +44,10 @@ class CageMaker {
   /// surface, and larger where by less.
   void refine(const std::vector<float>& off);
   [[nodiscard]] const std::vector<float>& sizes() const { return sizes_; }
+  /// What cages lie on, with these sizes or others.
+  [[nodiscard]] WebGround ground(const std::vector<float>& sizes) const {
+    return {surface_, *tree_, *creases_, sizes, walls_, finest_};
+  }
   /// Nothing finer than that is looked at, mm.
   [[nodiscard]] double finestMm() const { return finest_; }
   /// Of the clay, as in CoarseCage.
@@ -58,7 +63,7 @@ class CageMaker {
   std::optional<NearestTriangle> tree_;
   std::optional<CreaseMap> creases_;
   QuadMesh fine_;
-  std::vector<float> sizes_;
+  std::vector<float> sizes_, walls_;
 };
 
 /// At most `most` quads on the surface, closed, whatever the clay is, and of its shape: the clay's own quads become

@@ -390,14 +390,12 @@ class Coarsener {
 
 }  // namespace
 
-QuadMesh coarsened(QuadMesh fine, const TriangleMesh& surface, const NearestTriangle& tree, const CreaseMap& creases,
-                   const std::vector<float>& sizes, size_t most, double finest, const WorkPart& part, Coarsening how) {
-  return Coarsener(std::move(fine), {surface, tree, creases, sizes, finest}, how).run(most, part);
+QuadMesh coarsened(QuadMesh fine, const WebGround& ground, size_t most, const WorkPart& part, Coarsening how) {
+  return Coarsener(std::move(fine), ground, how).run(most, part);
 }
 
-QuadMesh evenedOut(QuadMesh mesh, const TriangleMesh& surface, const NearestTriangle& tree, const CreaseMap& creases,
-                   const std::vector<float>& sizes, double finest, const WorkPart& part) {
-  return Coarsener(std::move(mesh), {surface, tree, creases, sizes, finest}).evened(part);
+QuadMesh evenedOut(QuadMesh mesh, const WebGround& ground, const WorkPart& part) {
+  return Coarsener(std::move(mesh), ground).evened(part);
 }
 
 }  // namespace argil::clay

@@ -1,12 +1,9 @@
 #pragma once
 // A cage of few quads from a mesh of many, small where a size says so.
 
-#include <vector>
-
 #include "clay/base/work_part.h"
-#include "clay/cage/crease_map.h"
 #include "clay/cage/quad_mesh.h"
-#include "clay/mesh/nearest_triangle.h"
+#include "clay/cage/web_on_surface.h"
 
 namespace argil::clay {
 
@@ -17,21 +14,17 @@ struct Coarsening {
   bool between = false;
 };
 
-/// At most `most` quads of the same closed shape, bodies, handles and all, whose edges are as long as `sizes` says in
-/// proportion: a number above 0 for each vertex of `surface`, which `tree` searches and the vertices lie on. Middles of
-/// edges and quads lie no farther off the surface than a fifth of their length, or of twice the size there, or `finest`
-/// mm, where so few quads allow it: a limb has four around it, a plate has both its sides. Where so few are not
-/// possible at all the result has more. Creases of `fine` stay creases: their vertices slide along those of the
-/// surface, and their corners stay. Throws Error for a mesh that is not closed, Cancelled. Cost: about 0.2 ms a quad
-/// that goes.
-[[nodiscard]] QuadMesh coarsened(QuadMesh fine, const TriangleMesh& surface, const NearestTriangle& tree,
-                                 const CreaseMap& creases, const std::vector<float>& sizes, size_t most, double finest,
-                                 const WorkPart& part, Coarsening how = {});
+/// At most `most` quads of the same closed shape, bodies, handles and all, whose edges are as long as the sizes of the
+/// ground say in proportion. Middles of edges and quads lie no farther off the surface than a fifth of their length, or
+/// of twice the size there, or the finest, and than a third of a wall, where so few quads allow it: a limb has four
+/// around it, a plate has both its sides. Where so few are not possible at all the result has more. Creases of `fine`
+/// stay creases: their vertices slide along those of the surface, and their corners stay. Throws Error for a mesh that
+/// is not closed, Cancelled. Cost: about 0.2 ms a quad that goes.
+[[nodiscard]] QuadMesh coarsened(QuadMesh fine, const WebGround& ground, size_t most, const WorkPart& part,
+                                 Coarsening how = {});
 
 /// The same quads, their vertices on the surface and edges as even as coarsened() makes them; no quad is joined
 /// and no edge turned. Throws as coarsened(). Cost: about 0.2 ms a quad.
-[[nodiscard]] QuadMesh evenedOut(QuadMesh mesh, const TriangleMesh& surface, const NearestTriangle& tree,
-                                 const CreaseMap& creases, const std::vector<float>& sizes, double finest,
-                                 const WorkPart& part);
+[[nodiscard]] QuadMesh evenedOut(QuadMesh mesh, const WebGround& ground, const WorkPart& part);
 
 }  // namespace argil::clay

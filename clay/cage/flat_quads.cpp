@@ -44,6 +44,8 @@ constexpr double kTooFew = 160;                     // fewer quads than were ask
 constexpr double kOfMost = 0.2;                     // what the largest distance counts beside the RMS
 constexpr double kLeastOff = 0.01;                  // of the finest that is looked at: less makes no layout better
 constexpr size_t kPlaces = 20000;                   // of the surface, where distances are taken
+constexpr double kLeftOut = 1;                      // even edges: a part of the clay that is left out goes on so far
+constexpr std::array kMore{1.5, 2.0, 3.0, 4.0};     // times the quads that were asked for: then so many are drawn
 constexpr double kShareOfCage = 0.8, kShareOfHalf = 0.95, kShareOfFit = 0.9;
 
 // Quads that do not lie in the end of a half: how many, and their mean scaled Jacobian.
@@ -182,7 +184,7 @@ QuadMesh cageOf(const CageMaker& maker, size_t most, const std::optional<EndPlan
 void evenOut(QuadMesh& mesh, const CageMaker& maker, int halvings, const WorkPart& part) {
   std::vector<float> sizes = maker.sizes();
   for (float& each : sizes) each = std::ldexp(each, -halvings);
-  mesh = evenedOut(std::move(mesh), maker.surface(), maker.tree(), maker.creases(), sizes, maker.finestMm(), part);
+  mesh = evenedOut(std::move(mesh), maker.ground(sizes), part);
 }
 
 std::optional<FlatQuads> mirroredCage(const Version& version, size_t most, std::unique_ptr<CageMaker>& maker,
@@ -261,14 +263,47 @@ std::optional<FlatQuads> mirroredCage(const Version& version, size_t most, std::
   return out;
 }
 
-}  // namespace
+// How far the clay goes on from quads that leave a part of it out, mm; 0: none is, as each place is nearer than an even
+// edge of `most` quads.
+double leftOutMm(const QuadMesh& mesh, const TriangleMesh& surface, size_t most) {
+  double area = 0, farthest = 0;
+  for (const auto& t : surface.triangles) {
+    const Vec3d &a = surface.positions[t[0]], &b = surface.positions[t[1]], &c = surface.positions[t[2]];
+    area += (b - a).cross(c - a).norm() / 2;
+  }
+  const TriangleMesh triangles = trianglesOf(mesh);
+  const NearestTriangle tree(triangles);
+  uint32_t hint = UINT32_MAX;
+  for (size_t i = 0; i < surface.positions.size(); i += 1 + surface.positions.size() / kPlaces) {
+    const NearestTriangle::Hit hit = tree.nearest(surface.positions[i], hint);
+    hint = hit.triangle;
+    farthest = std::max(farthest, hit.squared);
+  }
+  farthest = std::sqrt(farthest);
+  return farthest > kLeftOut * std::sqrt(area / double(most)) ? farthest : 0;
+}
 
-FlatQuads flatQuads(const Version& version, size_t most, bool mirrored, int threads, const WorkPart& part) {
+FlatQuads fitted(const Version& version, size_t most, bool mirrored, int threads, const WorkPart& part) {
   FlatQuads out = drawn(version, most, mirrored, {}, threads, part.part(0, kShareOfFit));
   unfoldQuads(out.mesh, out.maker->surface(), out.maker->tree(), out.maker->creases(),
               part.part(kShareOfFit, kShareOfFit));
   fitQuads(out.mesh, out.maker->surface(), out.maker->tree(), out.maker->creases(), threads, part.part(kShareOfFit, 1));
   if (out.mirror) makeMirrored(out.mesh, out.image, *out.mirror);
+  return out;
+}
+
+}  // namespace
+
+FlatQuads flatQuads(const Version& version, size_t most, bool mirrored, int threads, const WorkPart& part) {
+  FlatQuads out = fitted(version, most, mirrored, threads, part);
+  const double left = leftOutMm(out.mesh, out.maker->surface(), most);
+  if (left == 0) return out;
+  for (const double more : kMore) {
+    FlatQuads finer = fitted(version, static_cast<size_t>(more * double(most)), mirrored, threads, part.part(1, 1));
+    if (leftOutMm(finer.mesh, finer.maker->surface(), most) > 0) continue;
+    finer.leftOutMm = left;
+    return finer;
+  }
   return out;
 }
 

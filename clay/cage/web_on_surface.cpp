@@ -19,6 +19,12 @@ constexpr double kCornerNear = 2, kUnlike = 1.5;
 // How far the middle of an edge or of a quad may lie off the surface, of its length; the next one where no collapse is
 // left with the one before.
 constexpr double kBulges[WebOnSurface::kStages] = {0.2, 0.3, 0.45, 1e9};
+// And of a wall: from its middle on it would become lower row by row, until it is gone.
+constexpr double kOfWall[WebOnSurface::kStages] = {0.35, 0.4, 0.45, 1e9};
+
+double leastOf(const std::vector<float>& all) {
+  return all.empty() ? 0 : double(*std::min_element(all.begin(), all.end()));
+}
 
 }  // namespace
 
@@ -26,7 +32,8 @@ WebOnSurface::WebOnSurface(QuadMesh mesh, const WebGround& ground)
     : web_(std::move(mesh)),
       ground_(ground),
       near_(web_.quads(), kNoneNear),
-      least_(ground.sizes.empty() ? 0 : double(*std::min_element(ground.sizes.begin(), ground.sizes.end()))) {
+      least_(leastOf(ground.sizes)),
+      thinnest_(leastOf(ground.walls)) {
   keepFor(web_.vertices());
   std::vector<Vec3d> beside(web_.vertices());  // the surface, as a coarser grid has it
   for (uint32_t v = 0; v < web_.vertices(); ++v) beside[v] = web_.at(v), place(v, web_.at(v));
@@ -138,13 +145,15 @@ double WebOnSurface::shapeAt(uint32_t v) const {
 // triangle near by; the nearest one afterwards, or one that is near enough.
 double WebOnSurface::off(const Vec3d& p, double length, uint32_t& hint) const {
   if (stage_ + 1 >= kStages) return 0;
-  const auto allowed = [&](double size) {
-    return std::max(ground_.finest, kBulges[stage_] * std::min(length, 2 * size));
+  const auto allowed = [&](double size, double wall) {
+    return std::min(kOfWall[stage_] * wall, std::max(ground_.finest, kBulges[stage_] * std::min(length, 2 * size)));
   };
-  if (hint != UINT32_MAX && std::sqrt(ground_.tree.squaredTo(hint, p)) <= allowed(least_)) return 0;
+  if (hint != UINT32_MAX && std::sqrt(ground_.tree.squaredTo(hint, p)) <= allowed(least_, thinnest_)) return 0;
   const NearestTriangle::Hit hit = ground_.tree.nearest(p, hint);
   hint = hit.triangle;
-  return std::sqrt(hit.squared) / allowed(sizeOf(hit));
+  const auto& c = ground_.tree.corners(hit.triangle);
+  const double wall = double(std::min({ground_.walls[c[0]], ground_.walls[c[1]], ground_.walls[c[2]]}));
+  return std::sqrt(hit.squared) / allowed(sizeOf(hit), wall);
 }
 double WebOnSurface::middleOff(const Vec3d& p, const Vec3d& q, uint32_t& hint) const {
   return off(0.5 * (p + q), (p - q).norm(), hint);

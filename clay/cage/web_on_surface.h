@@ -17,7 +17,8 @@ struct WebGround {
   const NearestTriangle& tree;  ///< Searches it.
   const CreaseMap& creases;
   const std::vector<float>& sizes;  ///< Of edges, mm, at each vertex of the surface: above 0.
-  double finest = 0;                ///< Nothing finer is looked at, mm.
+  const std::vector<float>& walls;  ///< How thick the clay is there, mm.
+  double finest = 0;                ///< Nothing finer is looked at, mm, but in thinner walls.
 };
 
 /// Places vertices, evens edges out, and judges what quads look like and how far they lie off. One thread.
@@ -35,7 +36,8 @@ class WebOnSurface {
   [[nodiscard]] const QuadWeb& web() const { return web_; }
   [[nodiscard]] double sizeBetween(uint32_t a, uint32_t b) const { return 0.5 * (size_[a] + size_[b]); }
 
-  /// How far middles of edges and quads may lie off the surface, in stages: a fifth of their length, and more.
+  /// How far middles of edges and quads may lie off the surface, in stages: a fifth of their length, and more, but
+  /// always less than half of a wall.
   [[nodiscard]] size_t stage() const { return stage_; }
   void setStage(size_t stage) { stage_ = stage; }
   static constexpr size_t kStages = 4;  ///< In the last of them, as far as they like.
@@ -102,7 +104,7 @@ class WebOnSurface {
   std::vector<Vec3d> normals_;
   // Of each quad: triangles near the middles of its edges, by the corner that they begin at, and near its own.
   mutable std::vector<Near> near_;
-  double least_;  // of the sizes
+  double least_, thinnest_;  // of the sizes, of the walls
   std::vector<uint32_t> beside_, pulling_;
 };
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <set>
 
 #include "clay/base/error.h"
@@ -12,6 +13,7 @@
 #include "clay/cage/flat_quads.h"
 #include "clay/cage/unfold_quads.h"
 #include "clay/field/primitives.h"
+#include "clay/field/region_work.h"
 #include "clay/mesh/reduce.h"
 #include "clay/store/store.h"
 #include "clay/unwrap/charts.h"
@@ -34,13 +36,13 @@ Version potato() {
   return clay;
 }
 
-/// A ball with many thin legs.
-Version urchin() {
+/// A ball with many thin legs, up to so far from its middle.
+Version urchin(double far = 20) {
   Version clay = makeSphere(Store::make(), grid(), Vec3d::Zero(), 12);
   for (int i = 0; i < 14; ++i) {
     const double z = 1 - (2 * i + 1) / 14.0, round = std::sqrt(1 - z * z), turn = 2.399963229728653 * i;
     const Vec3d way(round * std::cos(turn), round * std::sin(turn), z);
-    clay = combine(clay, makeRod(Store::make(), grid(), 10 * way, 20 * way, 1.2), Combination::join);
+    clay = combine(clay, makeRod(Store::make(), grid(), 10 * way, far * way, 1.2), Combination::join);
   }
   return clay;
 }
@@ -257,6 +259,59 @@ TEST(FlatQuads, RefuseWhatCagesRefuse) {
   Job job;
   job.cancel();
   EXPECT_THROW((void)flatQuads(potato(), 9000, false, 2, WorkPart(&job)), Cancelled);
+}
+
+// How far the clay goes on from the quads, mm.
+double farthestOf(const FlatQuads& made) {
+  const TriangleMesh triangles = trianglesOf(made.mesh);
+  const NearestTriangle tree(triangles);
+  double most = 0;
+  for (const Vec3d& p : made.maker->surface().positions) most = std::max(most, tree.nearest(p).squared);
+  return std::sqrt(most);
+}
+
+/// Two hollows between walls of 0.5 to 0.8 mm.
+Version tray(double voxelMm) {
+  Version clay = makeBlock(Store::make(), grid(voxelMm), Vec3d::Zero(), {30, 20, 8}, 0);
+  for (const double x : {-7.45, 7.45})
+    clay =
+        combine(clay, makeBlock(Store::make(), grid(voxelMm), Vec3d(x, 0, 3), {14.1, 18.6, 12.6}, 0), Combination::cut);
+  return clay;
+}
+
+// The two sides of a thin wall lie so near to each other that a quad between them, within the wall, is near to both:
+// row by row the wall would become lower until it is gone.
+TEST(FlatQuads, KeepThinWalls) {
+  const FlatQuads made = flatQuads(tray(0.3), 250, false, 2, WorkPart(nullptr));
+  std::printf("%zu quads, %.2f mm off\n", made.mesh.quads.size(), farthestOf(made));
+  EXPECT_EQ(made.leftOutMm, 0);
+  EXPECT_LE(made.mesh.quads.size(), 250u);
+  EXPECT_LT(farthestOf(made), 2);
+}
+
+// Nor is a wall left out that a coarse grid has no point in: bodies and handles are the same without it.
+TEST(CageMaker, KeepsWallsThinnerThanItsGrid) {
+  for (const double x : {0.0, 0.48}) {
+    Version box = makeBlock(Store::make(), grid(0.2), Vec3d::Zero(), {18, 12, 8}, 0);
+    box = combine(box, makeBlock(Store::make(), grid(0.2), Vec3d(0, 0, 3), {14, 8, 11}, 0), Combination::cut);
+    box = combine(box, makeBlock(Store::make(), grid(0.2), Vec3d(x, 0, 0), {0.4, 12, 8}, 0), Combination::join);
+    FlatQuads fine;
+    fine.maker = std::make_unique<CageMaker>(box, 200, true, 2, WorkPart(nullptr));
+    fine.mesh = fine.maker->make(WorkPart(nullptr), 3500).mesh;
+    EXPECT_LT(farthestOf(fine), 1) << x;
+  }
+}
+
+// 14 long legs cannot all be gone around by so few quads.
+TEST(FlatQuads, AreMoreWhereSoFewWouldLeaveAPartOut) {
+  const Version clay = urchin(32);
+  const FlatQuads made = flatQuads(clay, 60, false, 2, WorkPart(nullptr));
+  std::printf("%zu quads, %.2f mm off in place of %.2f\n", made.mesh.quads.size(), farthestOf(made), made.leftOutMm);
+  const double edge = std::sqrt(areaOf(clay) / 60) * 0.5;
+  EXPECT_GT(made.leftOutMm, edge);
+  EXPECT_GT(made.mesh.quads.size(), 60u);
+  EXPECT_LE(made.mesh.quads.size(), 240u);
+  EXPECT_LT(farthestOf(made), 1.1 * edge);
 }
 
 // The nearest flat quads of a cage around thin legs would fold; as they are moved none becomes worse than a corner of
