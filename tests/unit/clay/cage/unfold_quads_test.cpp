@@ -173,7 +173,7 @@ Version sculpt(unsigned seed) {
   return clay;
 }
 
-TEST(UnfoldQuads, SculptsHaveFewBadQuads) {
+TEST(LongUnfoldQuads, SculptsHaveFewBadQuads) {
   size_t all = 0, bad = 0;
   for (unsigned seed = 0; seed < 4; ++seed) {
     const FlatQuads made = flatQuads(sculpt(seed), 500, false, 2, WorkPart(nullptr));
