@@ -112,12 +112,8 @@ std::vector<float> thicknesses(const Version& version, const TriangleMesh& mesh,
 bool isFarther(const TriangleMesh& surface, const QuadMesh& quads, double than) {
   const TriangleMesh triangles = trianglesOf(quads);
   const NearestTriangle tree(triangles);
-  uint32_t hint = UINT32_MAX;
-  for (size_t i = 0; i < surface.positions.size(); i += 1 + surface.positions.size() / kPlaces) {
-    const NearestTriangle::Hit hit = tree.nearest(surface.positions[i], hint);
-    hint = hit.triangle;
-    if (hit.squared > than * than) return true;
-  }
+  for (size_t i = 0; i < surface.positions.size(); i += 1 + surface.positions.size() / kPlaces)
+    if (!tree.within(surface.positions[i], than)) return true;
   return false;
 }
 

@@ -13,6 +13,7 @@
 #include "clay/cage/coarsen_quads.h"
 #include "clay/cage/fit_quads.h"
 #include "clay/cage/unfold_quads.h"
+#include "clay/field/region_work.h"
 #include "clay/store/store.h"
 #include "clay/whole/cut.h"
 
@@ -46,7 +47,7 @@ constexpr double kLeastOff = 0.01;                  // of the finest that is loo
 constexpr size_t kPlaces = 20000;                   // of the surface, where distances are taken
 constexpr double kLeftOut = 1;                      // even edges: a part of the clay that is left out goes on so far
 constexpr std::array kMore{1.5, 2.0, 3.0, 4.0};     // times the quads that were asked for: then so many are drawn
-constexpr double kShareOfCage = 0.8, kShareOfHalf = 0.95, kShareOfFit = 0.9;
+constexpr double kShareOfCage = 0.8, kShareOfHalf = 0.95, kShareOfFit = 0.9, kShareOfFirst = 0.6;
 
 // Quads that do not lie in the end of a half: how many, and their mean scaled Jacobian.
 struct Outside {
@@ -263,24 +264,19 @@ std::optional<FlatQuads> mirroredCage(const Version& version, size_t most, std::
   return out;
 }
 
-// How far the clay goes on from quads that leave a part of it out, mm; 0: none is, as each place is nearer than an even
-// edge of `most` quads.
-double leftOutMm(const QuadMesh& mesh, const TriangleMesh& surface, size_t most) {
-  double area = 0, farthest = 0;
-  for (const auto& t : surface.triangles) {
-    const Vec3d &a = surface.positions[t[0]], &b = surface.positions[t[1]], &c = surface.positions[t[2]];
-    area += (b - a).cross(c - a).norm() / 2;
-  }
-  const TriangleMesh triangles = trianglesOf(mesh);
+// How far the clay goes on from quads that leave a part of it out, mm; 0: none is, as each place is nearer than that.
+double leftOutMm(const FlatQuads& made, double nearer) {
+  const std::vector<Vec3d>& places = made.maker->surface().positions;
+  const TriangleMesh triangles = trianglesOf(made.mesh);
   const NearestTriangle tree(triangles);
+  double farthest = 0;
   uint32_t hint = UINT32_MAX;
-  for (size_t i = 0; i < surface.positions.size(); i += 1 + surface.positions.size() / kPlaces) {
-    const NearestTriangle::Hit hit = tree.nearest(surface.positions[i], hint);
+  for (size_t i = 0; i < places.size(); i += 1 + places.size() / kPlaces) {
+    const NearestTriangle::Hit hit = tree.nearest(places[i], hint);
     hint = hit.triangle;
-    farthest = std::max(farthest, hit.squared);
+    farthest = std::max(farthest, std::sqrt(hit.squared));
   }
-  farthest = std::sqrt(farthest);
-  return farthest > kLeftOut * std::sqrt(area / double(most)) ? farthest : 0;
+  return farthest > nearer ? farthest : 0;
 }
 
 FlatQuads fitted(const Version& version, size_t most, bool mirrored, int threads, const WorkPart& part) {
@@ -295,14 +291,25 @@ FlatQuads fitted(const Version& version, size_t most, bool mirrored, int threads
 }  // namespace
 
 FlatQuads flatQuads(const Version& version, size_t most, bool mirrored, int threads, const WorkPart& part) {
-  FlatQuads out = fitted(version, most, mirrored, threads, part);
-  const double left = leftOutMm(out.mesh, out.maker->surface(), most);
+  FlatQuads out = fitted(version, most, mirrored, threads, part.part(0, kShareOfFirst));
+  const double even = std::sqrt(areaOf(version) / double(most)) * version.grid().voxelMm;
+  const double left = leftOutMm(out, kLeftOut * even);
   if (left == 0) return out;
-  for (const double more : kMore) {
-    FlatQuads finer = fitted(version, static_cast<size_t>(more * double(most)), mirrored, threads, part.part(1, 1));
-    if (leftOutMm(finer.mesh, finer.maker->surface(), most) > 0) continue;
-    finer.leftOutMm = left;
-    return finer;
+  for (size_t i = 0; i < kMore.size(); ++i) {
+    const auto until = [&](size_t each) {
+      return kShareOfFirst + (1 - kShareOfFirst) * double(each) / double(kMore.size());
+    };
+    try {
+      FlatQuads finer = fitted(version, static_cast<size_t>(kMore[i] * double(most)), mirrored, threads,
+                               part.part(until(i), until(i + 1)));
+      if (leftOutMm(finer, kLeftOut * even) > 0) continue;
+      finer.leftOutMm = left;
+      return finer;
+    } catch (const Cancelled&) {
+      throw;
+    } catch (const Error&) {
+      continue;  // what was drawn at first is there
+    }
   }
   return out;
 }

@@ -36,8 +36,8 @@ class WebOnSurface {
   [[nodiscard]] const QuadWeb& web() const { return web_; }
   [[nodiscard]] double sizeBetween(uint32_t a, uint32_t b) const { return 0.5 * (size_[a] + size_[b]); }
 
-  /// How far middles of edges and quads may lie off the surface, in stages: a fifth of their length, and more, but
-  /// always less than half of a wall.
+  /// How far middles of edges and quads may lie off the surface, in stages: a fifth of their length, and more, and
+  /// less than half of a wall.
   [[nodiscard]] size_t stage() const { return stage_; }
   void setStage(size_t stage) { stage_ = stage; }
   static constexpr size_t kStages = 4;  ///< In the last of them, as far as they like.
