@@ -143,8 +143,9 @@ int run(int argc, char** argv) {
   convertVerb->add_option("--error", convert.errorMm,
                           "To as few triangles, or smooth faces for CAD, as stay within so many mm of the shape");
   convertVerb->add_option("--faces", convert.faces, "STEP and IGES: so many smooth faces at most, of each piece");
-  convertVerb->add_option("--quads", convert.quads,
-                          "OBJ and GLB: quads in place of triangles, so many at most a piece");
+  convertVerb->add_option(
+      "--quads", convert.quads,
+      "OBJ and GLB: quads in place of triangles, so many at most a piece, or more where these would leave a part out");
   convertVerb->add_flag("--mirror", convert.mirror,
                         "With --quads: mirror images on both sides of a plane that mirrors the clay");
   convertVerb->add_option(

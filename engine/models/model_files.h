@@ -56,7 +56,7 @@ struct ModelExport {
   bool recentre = false;                  ///< Moved to zero: 32-bit numbers are finest there.
   bool putBack = false;                   ///< Each piece where the file that it was imported from had it.
   bool draco = false;                     ///< glTF packed with Draco: a tenth of the size; fewer programs open it.
-  std::optional<size_t> quads;            ///< OBJ and GLB: so many quads at most a piece, in place of triangles,
+  std::optional<size_t> quads;            ///< OBJ and GLB: quads a piece at most (clay::flatQuads()), not triangles,
   bool mirrored = false;                  ///< images of each other on both sides of a plane that mirrors the clay,
   int texturePixels = 0;                  ///< and pictures of so many pixels a side on them; 0: none.
   size_t cadQuads = 500;                  ///< STEP and IGES: smooth faces of each piece, at most;

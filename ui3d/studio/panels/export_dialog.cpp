@@ -97,7 +97,9 @@ void reduction(ExportChoice& choice) {
     kit::number({"error", "Error at most", "Of the surface, measured both ways.", "mm", 0.0005, 10, 0.05, true},
                 choice.errorMm);
   if (choice.reduce != kQuads) return;
-  kit::number({"quads", "At most", "Of each piece; the error is told.", "quads", 24, 100000, 4000, true}, choice.quads);
+  kit::number({"quads", "At most", "Of each piece; the error is told. More where so few would leave a part out.",
+               "quads", 24, 100000, 4000, true},
+              choice.quads);
   kit::toggle("Mirrored", choice.mirrored,
               "Where the clay is the same on both sides of a plane across an axis of its piece, its quads are too.");
   static constexpr std::array<std::string_view, 4> kTextures{"None", "1024", "2048", "4096"};
