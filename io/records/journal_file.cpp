@@ -34,15 +34,15 @@ std::string reason(int error) {
   throw Error(displayName(path) + ": " + wrong, Error::Kind::work);
 }
 
-/// As create_directories, but for the user alone: what was modelled is nobody else's business. What was made is on the
-/// disk: a journal in a folder that a power cut takes away is lost however often it was flushed itself.
-void makePrivateFolder(const std::filesystem::path& folder) {
+/// As create_directories, but for the user alone: what was modelled is nobody else's business. `changed` gets the
+/// folders that a new one is in.
+void makePrivateFolder(const std::filesystem::path& folder, std::vector<std::filesystem::path>& changed) {
   if (folder.empty() || ::access(folder.c_str(), F_OK) == 0) return;
-  if (folder.has_parent_path() && folder.parent_path() != folder) makePrivateFolder(folder.parent_path());
-  const bool made = ::mkdir(folder.c_str(), 0700) == 0;
-  const int error = made ? flushFolder(folder.parent_path()) : errno;
-  if (error != 0 && error != EEXIST)
-    failWork(folder, "the folder for journals cannot be made (" + reason(error) +
+  if (folder.has_parent_path() && folder.parent_path() != folder) makePrivateFolder(folder.parent_path(), changed);
+  if (::mkdir(folder.c_str(), 0700) == 0)
+    changed.push_back(folder.parent_path());
+  else if (errno != EEXIST)
+    failWork(folder, "the folder for journals cannot be made (" + reason(errno) +
                          "); set ARGIL_STATE to one that can be written");
 }
 
@@ -66,7 +66,7 @@ struct JournalWriter::State {
   std::vector<std::byte> buffer;
   mutable std::mutex mutex;  ///< Guards all but the wait for the disk.
   uint64_t put = 0, synced = 0;
-  bool folderFlushed = false;
+  std::vector<std::filesystem::path> unflushed;  ///< Folders that lead to the journal, as a power cut must leave them.
   double syncSeconds = 0;
   std::string broken;  ///< The sentence, once something failed.
 
@@ -110,7 +110,8 @@ JournalWriter::JournalWriter(const std::filesystem::path& path, bool unnamed) : 
   state.path = path;
   state.buffer.reserve(kBufferBytes + kMostRecordBytes);
   const std::filesystem::path folder = path.parent_path();
-  makePrivateFolder(folder);
+  makePrivateFolder(folder, state.unflushed);
+  state.unflushed.push_back(folder);
   // Under a hidden name until it is locked: nobody may take it for one that a crash left.
   const std::filesystem::path hidden = folder / ("." + path.filename().string() + "." + std::to_string(::getpid()));
   state.fd = ::open(hidden.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
@@ -164,12 +165,13 @@ void JournalWriter::sync() {
   state.flush();
   if (state.put == state.synced) return;
   const uint64_t reached = state.put;
-  const bool folder = !std::exchange(state.folderFlushed, true);
+  const auto folders = std::exchange(state.unflushed, {});
   lock.unlock();
   const auto begin = std::chrono::steady_clock::now();
   int error = ::fdatasync(state.fd) == 0 ? 0 : errno;
   // Without its name the journal is found by nobody.
-  if (error == 0 && folder) error = flushFolder(state.path.parent_path());
+  for (const auto& folder : folders)
+    if (error == 0) error = flushFolder(folder);
   lock.lock();
   state.syncSeconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   // Never tried again: the kernel may have dropped the pages that it could not write, and call the rest clean.

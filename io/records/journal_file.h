@@ -18,7 +18,7 @@ namespace argil::io {
 /// one that a crash left. One thread writes; sync() may be called by another one beside it.
 class JournalWriter : public RecordSink {
  public:
-  /// Makes the file, and its folder with access for the user alone (on the disk with its parents when this returns).
+  /// Makes the file, and its folder with access for the user alone. Does not wait for the disk.
   /// `unnamed`: nobody else finds the file, and it ends with this program. Throws Error (kind work).
   explicit JournalWriter(const std::filesystem::path& path, bool unnamed = false);
   ~JournalWriter() override;
@@ -28,8 +28,8 @@ class JournalWriter : public RecordSink {
   /// What was put is the system's when it returns: the end of this program cannot lose it any more. Throws as put()
   /// does.
   void write();
-  /// What was put is on the disk when it returns (fdatasync; the first time the file's name too). Throws Error (kind
-  /// work); what the disk has is then all up to an earlier sync(), and `broken()`.
+  /// What was put is on the disk when it returns (fdatasync; the first time the file's name and the folders that were made
+  /// for it too). Throws Error (kind work); what the disk has is then all up to an earlier sync(), and `broken()`.
   void sync();
   [[nodiscard]] bool broken() const;      ///< Something failed: begin another file.
   [[nodiscard]] uint64_t bytes() const;   ///< Put.

@@ -26,7 +26,10 @@ char told[256];
 std::atomic<bool> armed{false};
 std::atomic<long> calls{0};
 
+std::atomic<int> slowFlushMs{0};
+
 void readEnvironment() {
+  if (const char* ms = std::getenv("ARGIL_SLOW_FLUSH_MS")) slowFlushMs = std::atoi(ms);
   const char* text = std::getenv("ARGIL_FAIL");
   if (text == nullptr) return;
   Plan wanted;
@@ -132,6 +135,7 @@ int flushWith(long number, int fd) {
   bool first;
   if (fails(fd, first)) return static_cast<int>(failed());
   const bool waits = !armed || plan.flushes;
+  if (slowFlushMs > 0) ::usleep(static_cast<useconds_t>(slowFlushMs) * 1000);
   return static_cast<int>(
       traced([&] { return waits ? ::syscall(number, fd) : 0L; }, [&](long) { tracing::flushed(fd); }));
 }

@@ -7,10 +7,11 @@
 // through libc, so that its writes are counted with ours.
 //
 // By environment, for LD_PRELOAD=.../libfailing_writes.so PROGRAM:
-//   ARGIL_FAIL=enospc:N[:once][:short] or eio:N[...]   the N-th call fails, and all after it unless `once`; `short`: a
-//   write takes half of its bytes at the N-th call and fails at the next ARGIL_FAIL_PATH=TEXT only calls on paths that
-//   contain TEXT are counted and fail ARGIL_FAIL_TOLD=PATH                               this file is made when the
-//   first call fails
+//   ARGIL_FAIL=enospc:N[:once][:short] or eio:N[...]: the N-th call fails, and all after it unless `once`; `short`: a
+//     write takes half of its bytes at the N-th call and fails at the next.
+//   ARGIL_FAIL_PATH=TEXT: only calls on paths that contain TEXT are counted and fail.
+//   ARGIL_FAIL_TOLD=PATH: this file is made when the first call fails.
+//   ARGIL_SLOW_FLUSH_MS=N: each fsync and fdatasync takes so long, and longer.
 
 namespace argil::failing {
 
