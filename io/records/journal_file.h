@@ -28,8 +28,8 @@ class JournalWriter : public RecordSink {
   /// What was put is the system's when it returns: the end of this program cannot lose it any more. Throws as put()
   /// does.
   void write();
-  /// What was put is on the disk when it returns (fdatasync; the first time the file's name and the folders that were made
-  /// for it too). Throws Error (kind work); what the disk has is then all up to an earlier sync(), and `broken()`.
+  /// What was put is on the disk when it returns (fdatasync; the first time the file's name and the folders that were
+  /// made for it too). Throws Error (kind work); what the disk has is then all up to an earlier sync(), and `broken()`.
   void sync();
   [[nodiscard]] bool broken() const;      ///< Something failed: begin another file.
   [[nodiscard]] uint64_t bytes() const;   ///< Put.
