@@ -28,6 +28,7 @@ constexpr double kNearlyFew = 1.5, kBetween[] = {8, 6, 5, 4, 3, 2};
 constexpr double kLost = 1.5;      // voxels of a coarse grid: what is farther from its surface was lost on it
 constexpr size_t kPlaces = 20000;  // where that is looked for
 constexpr double kEnough = 0.95, kLeastShare = 0.5;   // of the quads that are asked for
+constexpr double kShared = 2;                         // times them: more are not drawn, or hardly
 constexpr double kFinest = 1.4, kFinestOfEven = 0.1;  // voxels, even edges: nothing finer is looked at
 constexpr double kOfThickness = 0.7;  // an edge is at most so long: four quads go around a limb or into a slit
 constexpr double kLeastOfEven = 0.25, kLeastRefined = 1.0 / 6;  // of an even edge
@@ -212,13 +213,13 @@ void CageMaker::evenOut() {
 CoarseCage CageMaker::make(const WorkPart& part, size_t most, bool regular) const {
   if (most == 0) most = most_;
   CoarseCage cage;
-  cage.mesh = coarsened(fine_, ground(sizes_), most, part, {.regular = regular});
+  cage.mesh = fewerOf(most, part, regular);
   // Lines that lost edges took rows of quads with them: then more are drawn at first, as many as went or some of them.
   const auto share = double(cage.mesh.quads.size()) / double(most);
   for (const double more : {1.0, 0.5, 0.25}) {
     if (!regular || creases_->empty() || share >= kEnough || share < kLeastShare) break;
     const auto asked = static_cast<size_t>((1 + more * (1 / share - 1)) * double(most));
-    QuadMesh mesh = coarsened(fine_, ground(sizes_), asked, part, {.regular = regular});
+    QuadMesh mesh = fewerOf(asked, part, regular);
     if (mesh.quads.size() > most || mesh.quads.size() <= cage.mesh.quads.size()) continue;
     cage.mesh = std::move(mesh);
     break;
@@ -248,11 +249,25 @@ CoarseCage CageMaker::make(const WorkPart& part, size_t most, bool regular) cons
   return cage;
 }
 
+QuadMesh CageMaker::fewerOf(size_t most, const WorkPart& part, bool regular) const {
+  const Coarsening how{.regular = regular};
+  const SharedCoarsening* shared = nullptr;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!shared_)
+      shared_.emplace(fine_, ground(sizes_), static_cast<size_t>(kShared * double(most_)), part.part(0, 0.5));
+    shared = &*shared_;
+  }
+  return most <= shared->most() ? shared->to(most, part.part(0.5, 1), how)
+                                : coarsened(fine_, ground(sizes_), most, part, how);
+}
+
 QuadMesh CageMaker::fewer(QuadMesh mesh, size_t most, bool between, const WorkPart& part) const {
   return coarsened(std::move(mesh), ground(sizes_), most, part, {.between = between});
 }
 
 void CageMaker::refine(const std::vector<float>& off) {
+  shared_.reset();
   double sum = 0;
   for (const float each : off) sum += double(each) * double(each) / double(off.size());
   const double enough = kOff * std::sqrt(sum);

@@ -1,9 +1,11 @@
 #pragma once
 // Cages around a clay, again and again, finer where they were found too coarse.
 
+#include <mutex>
 #include <optional>
 
 #include "clay/base/work_part.h"
+#include "clay/cage/coarsen_quads.h"
 #include "clay/cage/crease_map.h"
 #include "clay/cage/quad_mesh.h"
 #include "clay/cage/web_on_surface.h"
@@ -55,6 +57,8 @@ class CageMaker {
 
  private:
   void evenOut();
+  // coarsened() of the fine quads, of which what several counts share is done once.
+  [[nodiscard]] QuadMesh fewerOf(size_t most, const WorkPart& part, bool regular) const;
 
   size_t most_;
   double even_ = 1, finest_ = 0;
@@ -64,6 +68,8 @@ class CageMaker {
   std::optional<CreaseMap> creases_;
   QuadMesh fine_;
   std::vector<float> sizes_, walls_;
+  mutable std::mutex mutex_;                        // guards this
+  mutable std::optional<SharedCoarsening> shared_;  // with these sizes
 };
 
 /// At most `most` quads on the surface, closed, whatever the clay is, and of its shape: the clay's own quads become

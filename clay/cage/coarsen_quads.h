@@ -1,6 +1,8 @@
 #pragma once
 // A cage of few quads from a mesh of many, small where a size says so.
 
+#include <memory>
+
 #include "clay/base/work_part.h"
 #include "clay/cage/quad_mesh.h"
 #include "clay/cage/web_on_surface.h"
@@ -22,6 +24,23 @@ struct Coarsening {
 /// is not closed, Cancelled. Cost: about 0.2 ms a quad that goes.
 [[nodiscard]] QuadMesh coarsened(QuadMesh fine, const WebGround& ground, size_t most, const WorkPart& part,
                                  Coarsening how = {});
+
+/// coarsened() for several counts of quads: what all of them begin with is done once.
+class SharedCoarsening {
+ public:
+  /// For at most `most` quads, or less. The ground must outlive it. Throws as coarsened().
+  SharedCoarsening(QuadMesh fine, const WebGround& ground, size_t most, const WorkPart& part);
+  ~SharedCoarsening();
+  SharedCoarsening(const SharedCoarsening&) = delete;
+  SharedCoarsening& operator=(const SharedCoarsening&) = delete;
+  [[nodiscard]] size_t most() const;
+  /// To the bit what coarsened() gives. `most`: no more than most(). Any threads.
+  [[nodiscard]] QuadMesh to(size_t most, const WorkPart& part, Coarsening how = {}) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 /// The same quads, their vertices on the surface and edges as even as coarsened() makes them; no quad is joined
 /// and no edge turned. Throws as coarsened(). Cost: about 0.2 ms a quad.

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <tuple>
 #include <utility>
+
+#include "clay/cage/least_near.h"
 
 namespace argil::clay {
 
@@ -28,10 +31,28 @@ double leastOf(const std::vector<float>& all) {
 
 }  // namespace
 
+struct WebOnSurface::Around {
+  double longest = 0, reach;  // edge of the surface's triangles, and so far, mm
+  std::vector<float> sizes, walls;
+
+  explicit Around(const WebGround& ground) {
+    const std::vector<Vec3d>& places = ground.surface.positions;
+    for (const auto& t : ground.surface.triangles)
+      for (size_t s = 0; s < 3; ++s) longest = std::max(longest, (places[t[s]] - places[t[(s + 1) % 3]]).squaredNorm());
+    longest = std::sqrt(longest);
+    reach =
+        std::accumulate(ground.sizes.begin(), ground.sizes.end(), 0.0) / double(std::max<size_t>(1, places.size())) +
+        2 * longest;
+    sizes = leastNear(places, ground.sizes, reach);
+    walls = leastNear(places, ground.walls, reach);
+  }
+};
+
 WebOnSurface::WebOnSurface(QuadMesh mesh, const WebGround& ground)
     : web_(std::move(mesh)),
       ground_(ground),
       near_(web_.quads(), kNoneNear),
+      around_(std::make_shared<Around>(ground)),
       least_(leastOf(ground.sizes)),
       thinnest_(leastOf(ground.walls)) {
   keepFor(web_.vertices());
@@ -148,9 +169,19 @@ double WebOnSurface::off(const Vec3d& p, double length, uint32_t& hint) const {
   const auto allowed = [&](double size, double wall) {
     return std::min(kOfWall[stage_] * wall, std::max(ground_.finest, kBulges[stage_] * std::min(length, 2 * size)));
   };
-  if (hint != UINT32_MAX && std::sqrt(ground_.tree.squaredTo(hint, p)) <= allowed(least_, thinnest_)) return 0;
-  const NearestTriangle::Hit hit = ground_.tree.nearest(p, hint);
+  double little = allowed(least_, thinnest_);
+  if (hint != UINT32_MAX) {
+    // The nearest triangle, whichever it is, has a corner as near to the hint's as that.
+    const double squared = ground_.tree.squaredTo(hint, p);
+    if (2 * (std::sqrt(squared) + around_->longest) <= around_->reach) {
+      const uint32_t beside = ground_.tree.corners(hint)[0];
+      little = allowed(double(around_->sizes[beside]), double(around_->walls[beside]));
+    }
+    if (squared <= little * little) return 0;
+  }
+  const NearestTriangle::Hit hit = ground_.tree.nearEnough(p, little, hint);
   hint = hit.triangle;
+  if (hit.squared <= little * little) return 0;
   const auto& c = ground_.tree.corners(hit.triangle);
   const double wall = double(std::min({ground_.walls[c[0]], ground_.walls[c[1]], ground_.walls[c[2]]}));
   return std::sqrt(hit.squared) / allowed(sizeOf(hit), wall);

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "clay/cage/crease_map.h"
@@ -104,7 +105,9 @@ class WebOnSurface {
   std::vector<Vec3d> normals_;
   // Of each quad: triangles near the middles of its edges, by the corner that they begin at, and near its own.
   mutable std::vector<Near> near_;
-  double least_, thinnest_;  // of the sizes, of the walls
+  struct Around;
+  std::shared_ptr<const Around> around_;  // least sizes and walls near each vertex of the surface
+  double least_, thinnest_;               // and of all
   std::vector<uint32_t> beside_, pulling_;
 };
 

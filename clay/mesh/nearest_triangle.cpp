@@ -172,6 +172,12 @@ NearestTriangle::Hit NearestTriangle::nearest(const Vec3d& p, uint32_t hint) con
   return search(p, best, -1);
 }
 
+NearestTriangle::Hit NearestTriangle::nearEnough(const Vec3d& p, double enough, uint32_t hint) const {
+  Hit best{0, std::numeric_limits<double>::infinity()};
+  if (hint < triangles_.size()) best = {hint, squaredTo(hint, p)};
+  return best.squared <= enough * enough ? best : search(p, best, enough * enough);
+}
+
 NearestTriangle::Hit NearestTriangle::nearerThan(const Vec3d& p, double distance, uint32_t hint) const {
   Hit best{UINT32_MAX, distance * distance};
   if (hint < triangles_.size())

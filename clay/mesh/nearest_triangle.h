@@ -31,6 +31,8 @@ class NearestTriangle {
   };
   /// `hint`: the triangle of an answer for a point near by, which makes this one cheap, or UINT32_MAX.
   [[nodiscard]] Hit nearest(const Vec3d& p, uint32_t hint = UINT32_MAX) const;
+  /// The same, or any that is at most `enough` away.
+  [[nodiscard]] Hit nearEnough(const Vec3d& p, double enough, uint32_t hint = UINT32_MAX) const;
   /// The same among those that are nearer than `distance`: triangle UINT32_MAX when none is.
   [[nodiscard]] Hit nearerThan(const Vec3d& p, double distance, uint32_t hint = UINT32_MAX) const;
   /// Is some triangle at most this far? Ends at the first.
