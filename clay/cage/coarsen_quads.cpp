@@ -52,6 +52,7 @@ class Coarsener {
       for (int round = 0; round < kAtFirst; ++round) makeEven();
     offerAll();
     goOn(most, WebOnSurface::kStages, false, part);
+    forgetGone();
   }
 
   /// After begin().
@@ -123,6 +124,20 @@ class Coarsener {
       if (!collapse(best.quad, best.corner)) continue;
       if (++done_ % kStepEach == 0) part.step(double(first - web().count()) / double(first - most));
     }
+  }
+
+  // Most are gone by then, and the rest is copied for each that goes on from there.
+  void forgetGone() {
+    std::vector<Offer> offers;
+    for (; !queue_.empty(); queue_.pop()) {
+      const Offer& each = queue_.top();
+      if (web().isThere(each.quad) && changed_[each.quad] == each.changed) offers.push_back(each);
+    }
+    const std::vector<uint32_t> quads = on_.forgetGone().quads;
+    for (Offer& each : offers)
+      each.quad = static_cast<uint32_t>(std::lower_bound(quads.begin(), quads.end(), each.quad) - quads.begin());
+    queue_ = std::priority_queue<Offer>(std::less<Offer>(), std::move(offers));
+    keepOnly(changed_, quads);
   }
 
   struct Offer {

@@ -430,4 +430,29 @@ QuadMesh QuadWeb::mesh() const {
   return out;
 }
 
+QuadWeb::Kept QuadWeb::forgetGone() {
+  Kept kept;
+  std::vector<uint32_t> vertex(positions_.size(), kGone), quad(quads_.size(), kGone);
+  for (uint32_t v = 0; v < positions_.size(); ++v) {
+    if (around_[v].empty()) continue;
+    vertex[v] = static_cast<uint32_t>(kept.vertices.size());
+    kept.vertices.push_back(v);
+  }
+  for (uint32_t f = 0; f < quads_.size(); ++f) {
+    if (!isThere(f)) continue;
+    quad[f] = static_cast<uint32_t>(kept.quads.size());
+    kept.quads.push_back(f);
+  }
+  keepOnly(positions_, kept.vertices);
+  keepOnly(marked_, kept.vertices);
+  keepOnly(around_, kept.vertices);
+  keepOnly(quads_, kept.quads);
+  keepOnly(creases_, kept.quads);
+  for (auto& each : around_)
+    for (uint32_t& f : each) f = quad[f];
+  for (auto& each : quads_)
+    for (uint32_t& v : each) v = vertex[v];
+  return kept;
+}
+
 }  // namespace argil::clay

@@ -4,11 +4,21 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "clay/cage/quad_mesh.h"
 
 namespace argil::clay {
+
+/// Those at these places, which ascend, and nothing else.
+template <class Each>
+void keepOnly(std::vector<Each>& all, const std::vector<uint32_t>& places) {
+  for (size_t i = 0; i < places.size(); ++i)
+    if (places[i] != i) all[i] = std::move(all[places[i]]);
+  all.resize(places.size());
+  all.shrink_to_fit();
+}
 
 /// Whatever is done to it, it stays closed, 2-manifold and of the same genus: what would change that is refused, and so
 /// is what would leave a vertex of fewer than 3 or more than kMostAround quads. One thread.
@@ -91,6 +101,12 @@ class QuadWeb {
 
   /// Without what is gone.
   [[nodiscard]] QuadMesh mesh() const;
+  /// The vertices and quads that are there, by the numbers that they had.
+  struct Kept {
+    std::vector<uint32_t> vertices, quads;
+  };
+  /// What is gone takes no memory any more: those that are there get new numbers, in the same order.
+  Kept forgetGone();
 
  private:
   static constexpr uint32_t kGone = UINT32_MAX;

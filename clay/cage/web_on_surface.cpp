@@ -316,6 +316,16 @@ void WebOnSurface::takeBack(uint32_t first) {
   keepFor(first);
 }
 
+QuadWeb::Kept WebOnSurface::forgetGone() {
+  QuadWeb::Kept kept = web_.forgetGone();
+  keepOnly(hints_, kept.vertices);
+  keepOnly(creaseHints_, kept.vertices);
+  keepOnly(size_, kept.vertices);
+  keepOnly(normals_, kept.vertices);
+  keepOnly(near_, kept.quads);
+  return kept;
+}
+
 void WebOnSurface::putBack(const Place& place) {
   web_.move(place.vertex, place.at);
   normals_[place.vertex] = place.normal;

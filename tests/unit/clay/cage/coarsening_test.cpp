@@ -63,6 +63,64 @@ TEST(SharedCoarsening, GivesToTheBitWhatOneAloneGives) {
   }
 }
 
+// What is left keeps all that was known of it, in the same order, and can be joined on.
+TEST(WebOnSurface, ForgetsWhatIsGoneAndNothingElse) {
+  const Version version = finned();
+  const CageMaker maker(version, 200, true, 1, WorkPart(nullptr));
+  const WebGround ground = maker.ground(maker.sizes());
+  WebOnSurface on(fineOf(maker, version), ground);
+  QuadWeb& web = on.web();
+  std::mt19937 random(11);
+  const auto joinSome = [&](int count) {
+    int joined = 0;
+    for (int i = 0; i < 20000 && joined < count; ++i) {
+      const auto f = static_cast<uint32_t>(random() % web.quads());
+      const int corner = int(random() % 2);
+      if (!web.isThere(f) || !web.gainOfCollapse(f, corner)) continue;
+      (void)web.collapse(f, corner);
+      ++joined;
+    }
+    EXPECT_EQ(joined, count);
+  };
+  joinSome(300);
+  const QuadMesh before = web.mesh();
+  ASSERT_LT(before.quads.size(), web.quads());
+  struct Known {
+    double shape, off, sizes;
+    std::vector<uint32_t> around;
+  };
+  std::vector<uint32_t> joinedTo;
+  const auto knownOf = [&](uint32_t v) {
+    web.beside(v, joinedTo);
+    double sizes = 0;
+    for (const uint32_t each : joinedTo) sizes += on.sizeBetween(v, each);
+    return Known{on.shapeAt(v), on.offAround(v, web.at(v)), sizes, web.around(v)};
+  };
+  std::vector<Known> was(web.vertices());
+  for (uint32_t v = 0; v < web.vertices(); ++v)
+    if (!web.around(v).empty()) was[v] = knownOf(v);
+  const QuadWeb::Kept kept = on.forgetGone();
+  ASSERT_EQ(kept.vertices.size(), before.positions.size());
+  ASSERT_EQ(web.vertices(), before.positions.size());
+  ASSERT_EQ(web.quads(), before.quads.size());
+  EXPECT_EQ(web.count(), before.quads.size());
+  EXPECT_TRUE(std::is_sorted(kept.quads.begin(), kept.quads.end()));
+  const QuadMesh after = web.mesh();
+  EXPECT_EQ(after.positions, before.positions);
+  EXPECT_EQ(after.quads, before.quads);
+  EXPECT_EQ(after.creases, before.creases);
+  EXPECT_EQ(after.corners, before.corners);
+  for (uint32_t v = 0; v < web.vertices(); ++v) {
+    const Known now = knownOf(v), &then = was[kept.vertices[v]];
+    EXPECT_EQ(now.shape, then.shape) << v;
+    EXPECT_EQ(std::max(1.0, now.off), std::max(1.0, then.off)) << v;
+    EXPECT_EQ(now.sizes, then.sizes) << v;
+    ASSERT_EQ(now.around.size(), then.around.size());
+    for (size_t i = 0; i < now.around.size(); ++i) EXPECT_EQ(kept.quads[now.around[i]], then.around[i]) << v;
+  }
+  joinSome(100);
+}
+
 // Whatever was drawn before, in whatever order, and after sizes have changed.
 TEST(CageMaker, MakesTheSameAfterOtherCounts) {
   const Version version = finned();
