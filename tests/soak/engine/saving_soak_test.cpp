@@ -1,6 +1,6 @@
 // Programs that work are killed, and programs whose disk fails go on: what is left opens, and holds all but the last
-// second. ARGIL_SOAK=N: N kills, N / 5 runs with failing writes and N / 10 with a slow disk instead of a few; ARGIL_SOAK_VOXELS=48: at so many
-// million active voxels (1).
+// second. ARGIL_SOAK=N: N kills, N / 5 runs with failing writes and N / 10 with a slow disk instead of a few;
+// ARGIL_SOAK_VOXELS=48: at so many million active voxels (1).
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
