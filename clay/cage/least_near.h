@@ -8,8 +8,8 @@
 
 namespace argil::clay {
 
-/// At each place no more than the least value of those within `reach`, above 0, along each axis, and no less than that
-/// of those within twice as much. O(n) for places on a surface.
+/// For each place a value that is at most the least one of the places within `reach` (above 0) of it along each axis,
+/// and at least that of those within twice as much. One value a place. O(n log n) for places on a surface.
 [[nodiscard]] std::vector<float> leastNear(const std::vector<Vec3d>& places, const std::vector<float>& values,
                                            double reach);
 

@@ -73,7 +73,7 @@ class WebOnSurface {
                                 const std::vector<std::vector<uint32_t>>& lines = {});
   uint32_t add(const Vec3d& at, uint32_t near);
   void takeBack(uint32_t first);
-  QuadWeb::Kept forgetGone();
+  QuadWeb::Kept forgetGone();  ///< As in QuadWeb.
   /// A vertex as it is, to be put back.
   struct Place {
     uint32_t vertex;
