@@ -199,11 +199,14 @@ struct Person::State {
     XTranslateCoordinates(display, window, DefaultRootWindow(display), 0, 0, &x, &y, &child);
     return {x, y};
   }
+  // A server on a busy machine dates what waited for it with one millisecond; GLFW takes the second press of a key at
+  // that time for the first one told twice, and drops it. A person's presses have times of their own.
+  void dated() const { XSync(display, False); }
   void keyEvent(KeySym symbol, bool down) const {
     const KeyCode code = XKeysymToKeycode(display, symbol);
     if (!code) throw std::runtime_error("this keyboard has no such key: " + std::to_string(symbol));
     XTestFakeKeyEvent(display, code, down ? True : False, 0);
-    XFlush(display);
+    dated();
   }
   void tell(Atom type, long a, long b) const {
     XEvent e{};
@@ -276,12 +279,12 @@ void Person::move(double x, double y) {
 
 void Person::press(int button) {
   XTestFakeButtonEvent(state_->display, unsigned(button), True, 0);
-  XFlush(state_->display);
+  state_->dated();
 }
 
 void Person::release(int button) {
   XTestFakeButtonEvent(state_->display, unsigned(button), False, 0);
-  XFlush(state_->display);
+  state_->dated();
 }
 
 void Person::click(double x, double y, int button) {

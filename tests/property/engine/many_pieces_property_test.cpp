@@ -4,9 +4,12 @@
 #include <time.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <memory>
+#include <vector>
 
 #include "clay/field/primitives.h"
 #include "clay/store/store.h"
@@ -109,27 +112,45 @@ double sum(const std::vector<double>& all) {
   return total;
 }
 
+// The desks take turns: what other programs do to the caches meanwhile, they do to all of them.
 TEST(ManyPieces, AStrokeAndItsUndoCostWhatTheyCostInADocumentOfOnePiece) {
   struct Cost {
     double stroke = 1e9, undo = 1e9, alone = 1e9;
-    uint64_t bricks = 0, stamps = 0;
   };
-  std::vector<Cost> costs;
-  for (const size_t count : {size_t{1}, size_t{64}, size_t{1000}}) {
+  struct Table {
+    explicit Table(size_t pieces) : desk(row(pieces)) { (void)desk.surfaces.take(); }
+    Desk desk;
+    Cost cost;
+  };
+  constexpr std::array<size_t, 3> kCounts{1, 64, 1000};
+  std::vector<std::unique_ptr<Table>> tables;
+  for (const size_t count : kCounts) {
     const uint64_t before = residentBytes();
-    Desk desk(row(count));
-    (void)desk.surfaces.take();
+    const Desk& desk = tables.emplace_back(std::make_unique<Table>(count))->desk;
     const uint64_t all = residentBytes() - before;
     uint64_t clay = 0, slabs = 0;
     for (const Piece& piece : desk.session.document()->pieces) {
       clay += piece.version.stats().bytes();
       slabs += piece.version.store()->usage().slabBytes;
     }
-    Cost cost;
-    // More rounds where others used the caches meanwhile: what costs by itself costs in each of them.
-    constexpr int kRounds = 5, kMostRounds = 20;
-    const auto dear = [&] { return !costs.empty() && cost.stroke > 2 * costs[0].stroke; };
-    for (int round = 0; round < kRounds || (round < kMostRounds && dear()); ++round) {
+    std::printf("%4zu pieces: a piece has %.0f kB of clay, %.0f kB of slabs, %.0f kB in all\n", count,
+                1e-3 * double(clay) / double(count), 1e-3 * double(slabs) / double(count),
+                1e-3 * double(all) / double(count));
+    EXPECT_LE((slabs - clay) / count, 100'000u);
+  }
+  // The goal is 1.5; the bound leaves room for caches that other programs use too. What looked at every piece for every
+  // piece was far above it.
+  constexpr double kMostTimes = 2;
+  const auto dear = [&] {
+    return std::any_of(tables.begin(), tables.end(),
+                       [&](const auto& table) { return table->cost.stroke > kMostTimes * tables[0]->cost.stroke; });
+  };
+  // More rounds where it seems dear: what costs by itself costs in each of them.
+  constexpr int kRounds = 5, kMostRounds = 40;
+  for (int round = 0; round < kRounds || (round < kMostRounds && dear()); ++round) {
+    for (const auto& table : tables) {
+      Desk& desk = table->desk;
+      Cost& cost = table->cost;
       cost.stroke = std::min(cost.stroke, sum(desk.stroke(Vec3d(0, 0, 1))));
       ASSERT_EQ(desk.session.undoSteps(), 1u);
       const auto& states = desk.session.states();
@@ -140,29 +161,19 @@ TEST(ManyPieces, AStrokeAndItsUndoCostWhatTheyCostInADocumentOfOnePiece) {
       desk.session.undo();
       desk.loop->turn(desk.ring);
       cost.undo = std::min(cost.undo, cpuMs() - begin);
-      if (round + 1 == kRounds) {
-        cost.bricks = desk.session.counts().clay.bricksMade;
-        cost.stamps = desk.session.counts().stamps;
-      }
+      EXPECT_EQ(desk.session.counts().clay.bricksMade, tables[0]->desk.session.counts().clay.bricksMade);
+      EXPECT_EQ(desk.session.counts().stamps, tables[0]->desk.session.counts().stamps);
     }
-    EXPECT_EQ(desk.scene->pieces.size(), std::min(count, haptics::kMaxPieces));
-    costs.push_back(cost);
-    std::printf(
-        "%4zu pieces: stroke %.1f ms, undo %.2f ms, bytes of a step %.3f ms; a piece has %.0f kB of clay, %.0f kB of "
-        "slabs, %.0f kB in all\n",
-        count, cost.stroke, cost.undo, cost.alone, 1e-3 * double(clay) / double(count),
-        1e-3 * double(slabs) / double(count), 1e-3 * double(all) / double(count));
-    EXPECT_LE((slabs - clay) / count, 100'000u);
   }
-  for (size_t i = 1; i < costs.size(); ++i) {
-    EXPECT_EQ(costs[i].bricks, costs[0].bricks);
-    EXPECT_EQ(costs[i].stamps, costs[0].stamps);
-    // The goal is 1.5; the bound leaves room for caches that other programs use too. What looked at every piece for
-    // every piece was far above it.
-    EXPECT_LE(costs[i].stroke, 2 * costs[0].stroke);
+  for (size_t i = 0; i < tables.size(); ++i) {
+    const Cost& cost = tables[i]->cost;
+    std::printf("%4zu pieces: stroke %.1f ms, undo %.2f ms, bytes of a step %.3f ms\n", kCounts[i], cost.stroke,
+                cost.undo, cost.alone);
+    EXPECT_EQ(tables[i]->desk.scene->pieces.size(), std::min(kCounts[i], haptics::kMaxPieces));
+    EXPECT_LE(cost.stroke, kMostTimes * tables[0]->cost.stroke);
   }
-  EXPECT_LE(costs[2].undo, costs[0].undo + 5);
-  EXPECT_LE(costs[2].alone, costs[0].alone + 1);
+  EXPECT_LE(tables[2]->cost.undo, tables[0]->cost.undo + 5);
+  EXPECT_LE(tables[2]->cost.alone, tables[0]->cost.alone + 1);
 }
 
 // Work in small: strokes, undo and redo, a whole operation now and then, old steps on the disk. The last quarter takes
