@@ -47,6 +47,8 @@ int run(int argc, char** argv) {
     fmt::print(stderr, "argil: bench: {}; see argil bench --help\n", e.what());
     return 2;
   }
+  if (options.names.empty())
+    fmt::print(stderr, "All but day and stability are measured, which takes an hour or more; a name measures one.\n");
   options.job = &interruptibleJob();
   bench::runBenchmarks(options);
   return 0;
