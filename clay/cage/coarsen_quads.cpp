@@ -40,6 +40,9 @@ struct DiskLimits {
 constexpr DiskLimits kNear{0.7, 1, 1.3, HUGE_VAL}, kRegular{1, 1.5, 2, 2.6};
 constexpr size_t kMoreQuads = 2;  // that a quad alone on a side of a line takes not to be alone
 constexpr int kEvened = 6, kEvenedBesideLines = 24, kRefills = 6;
+// Refills that make sides more alike, and no vertex regular. From another disk the same line may look better as it was,
+// and the two would take turns for ever; where they do not, there are two such refills at most.
+constexpr size_t kLevelSteps = 16;
 
 class Coarsener {
  public:
@@ -280,6 +283,7 @@ class Coarsener {
     const size_t stage = on_.stage();
     on_.setStage(0);
     QuadPatches patches(web(), regular_);
+    size_t level = 0;
     for (int round = 0, changed = 1; round < kRefills && changed > 0; ++round) {
       changed = 0;
       std::set<std::pair<std::vector<uint32_t>, size_t>> tried;
@@ -287,8 +291,12 @@ class Coarsener {
         part.step(1);
         const auto largest = std::min(kMostInDisk, static_cast<size_t>(kOfAll * double(web().count())));
         changed += patches.around(v, largest, [&](const Refill& each) {
-          return web().count() + each.made.size() <= most + each.quads.size() &&
-                 tried.emplace(each.quads, each.lines.empty() ? 0 : each.made.size()).second && refilled(each);
+          const bool isLevel = each.gain <= 0;
+          const bool taken = web().count() + each.made.size() <= most + each.quads.size() &&
+                             tried.emplace(each.quads, each.lines.empty() ? 0 : each.made.size()).second &&
+                             !(isLevel && level == kLevelSteps) && refilled(each);
+          level += taken && isLevel;
+          return taken;
         });
       }
     }

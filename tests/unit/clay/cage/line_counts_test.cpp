@@ -3,11 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <map>
 #include <random>
 #include <set>
+#include <thread>
 
+#include "clay/base/job.h"
 #include "clay/cage/cage_maker.h"
 #include "clay/cage/disk_map.h"
 #include "clay/cage/flat_quads.h"
@@ -267,6 +271,31 @@ TEST(FlatQuads, OfABlockAreNearlyGrids) {
   const FlatQuads few = flatQuads(block, 100, false, 2, WorkPart(nullptr));
   EXPECT_LE(QuadTopology(few.mesh).irregular(), 14u) << "29";
   EXPECT_GE(few.mesh.quads.size(), 85u);
+}
+
+// Two balls and a rod, with the slot of another rod. One disk beside a line looks more even with two edges more along
+// it, another one with two fewer: both were done, by turns, for ever.
+TEST(FlatQuads, EndWhereALineLooksBetterWithMoreEdgesAndWithFewer) {
+  Grid grid;
+  grid.voxelMm = 0.5;
+  const auto store = [] { return Store::make(); };
+  Version clay = makeSphere(store(), grid, Vec3d::Zero(), 10.7);
+  clay = combine(clay, makeSphere(store(), grid, Vec3d(9, 6.4, 5.9), 7.2), Combination::join);
+  clay = combine(clay, makeRod(store(), grid, Vec3d(-3.4, -3.9, 2), Vec3d(21.8, -20.9, 0.9), 2.8), Combination::cut);
+  clay = combine(clay, makeRod(store(), grid, Vec3d(-2.9, 0.3, -2.7), Vec3d(4.6, -14.4, 20.2), 2.6), Combination::join);
+  Job job;
+  std::atomic<bool> done{false};
+  std::thread watch([&] {
+    for (int tenths = 0; tenths < 3000 && !done; ++tenths) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    if (!done) job.cancel();
+  });
+  try {
+    EXPECT_GE(flatQuads(clay, 460, false, 2, WorkPart(&job)).mesh.quads.size(), 430u);
+  } catch (const Cancelled&) {
+    ADD_FAILURE() << "no end after five minutes";
+  }
+  done = true;
+  watch.join();
 }
 
 // Lines that get more edges do not crowd them.
