@@ -41,7 +41,7 @@ constexpr DiskLimits kNear{0.7, 1, 1.3, HUGE_VAL}, kRegular{1, 1.5, 2, 2.6};
 constexpr size_t kMoreQuads = 2;  // that a quad alone on a side of a line takes not to be alone
 constexpr int kEvened = 6, kEvenedBesideLines = 24, kRefills = 6;
 // Refills that make sides more alike, and no vertex regular. From another disk the same line may look better as it was,
-// and the two would take turns for ever; where they do not, there are two such refills at most.
+// and the two would take turns for ever.
 constexpr size_t kLevelSteps = 16;
 
 class Coarsener {

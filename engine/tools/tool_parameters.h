@@ -1,5 +1,6 @@
 #pragma once
-// What can be set of a tool, as rows that each of them has in any number of tools (tool_table.cpp).
+// What can be set of a tool, as rows with their units and ranges; each stands in the parameters of any number of tools
+// (tool_table.cpp).
 
 #include <array>
 #include <string_view>
