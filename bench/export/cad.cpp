@@ -204,8 +204,8 @@ void quadsOf(BenchReport& report, const BenchOptions& options, const std::string
       "0.2; off {:.2g} RMS {:.2g} most mm; {} charts, {:.0f} % covered, stretch {:.4f}, {:.1f} s",
       mesh.quads.size(), made.halvings, irregular, shapes.mean, shapes.least, bad, off.rmsMm, off.most(), map.charts,
       100 * map.covered, map.stretch, flatUs * 1e-6);
-  if (made.leftOutMm > 0)
-    result.note += fmt::format("; more than asked for, which leave out a part of {:.2g} mm", made.leftOutMm);
+  if (made.tooFarMm > 0)
+    result.note += fmt::format("; more than asked for, which lie up to {:.2g} mm off", made.tooFarMm);
   if (creases > 0) result.note += fmt::format("; {:.1f} % of creases are edges", 100 * creasesIn(mesh) / creases);
   // Of the fine surface QuadriFlow refuses edges without a length, which lie on creases.
   Surface draft(false);

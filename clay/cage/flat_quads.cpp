@@ -45,7 +45,7 @@ constexpr double kTooFew = 160;                     // fewer quads than were ask
 constexpr double kOfMost = 0.2;                     // what the largest distance counts beside the RMS
 constexpr double kLeastOff = 0.01;                  // of the finest that is looked at: less makes no layout better
 constexpr size_t kPlaces = 20000;                   // of the surface, where distances are taken
-constexpr double kLeftOut = 1;                      // even edges: a part of the clay that is left out goes on so far
+constexpr double kTooFar = 1;                       // even edges: quads that lie so far off are too few
 constexpr std::array kMore{1.5, 2.0, 3.0, 4.0};     // times the quads that were asked for: then so many are drawn
 constexpr double kShareOfCage = 0.8, kShareOfHalf = 0.95, kShareOfFit = 0.9, kShareOfFirst = 0.6;
 
@@ -79,6 +79,36 @@ double shareInEnd(const CageMaker& maker, const EndPlane& end) {
   return in / all;
 }
 
+// Between quads and clay, both ways, as for all that is told of distances, mm.
+struct Distance {
+  double rms = 0, most = 0;
+};
+Distance distanceOf(const QuadMesh& mesh, const CageMaker& maker) {
+  Distance out;
+  const auto measure = [&](size_t count, const NearestTriangle& to, const auto& place) {
+    double sum = 0;
+    uint32_t hint = UINT32_MAX;
+    for (size_t i = 0; i < count; ++i) {
+      const NearestTriangle::Hit hit = to.nearest(place(i), hint);
+      hint = hit.triangle;
+      sum += hit.squared / double(count);
+      out.most = std::max(out.most, std::sqrt(hit.squared));
+    }
+    out.rms = std::max(out.rms, std::sqrt(sum));
+  };
+  const std::vector<Vec3d>& places = maker.surface().positions;
+  const TriangleMesh triangles = trianglesOf(mesh);
+  const size_t step = 1 + places.size() / kPlaces;
+  measure(1 + (places.size() - 1) / step, NearestTriangle(triangles), [&](size_t i) { return places[i * step]; });
+  measure(4 * triangles.triangles.size(), maker.tree(), [&](size_t i) {
+    const auto& t = triangles.triangles[i / 4];
+    const Vec3d &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
+    const std::array<Vec3d, 4> of{(a + b + c) / 3, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)};
+    return of[i % 4];
+  });
+  return out;
+}
+
 // What a layout lacks, once its quads lie where they fit best: irregular vertices and bad quads, squared, times
 // distances. Not squared, layouts with more of them would be taken, since quads come near the clay in any.
 double lackOf(QuadMesh mesh, size_t most, const CageMaker& maker, const WorkPart& part) {
@@ -87,32 +117,11 @@ double lackOf(QuadMesh mesh, size_t most, const CageMaker& maker, const WorkPart
   fitQuads(mesh, surface, maker.tree(), maker.creases(), 1, part);
   auto lack = double(QuadTopology(mesh).irregular()) + kAnyway;
   lack += kTooFew * std::max(0.0, kEnough - double(mesh.quads.size()) / double(most));
-  const TriangleMesh triangles = trianglesOf(mesh);
   for (const auto& quad : mesh.quads)
     if (scaledJacobian(mesh, quad) < kBadJacobian) lack += kBadQuad;
-  // Both ways, as for all that is told of distances.
-  double rms = 0, farthest = 0;
-  const auto measure = [&](size_t count, const NearestTriangle& to, const auto& place) {
-    double sum = 0;
-    uint32_t hint = UINT32_MAX;
-    for (size_t i = 0; i < count; ++i) {
-      const NearestTriangle::Hit hit = to.nearest(place(i), hint);
-      hint = hit.triangle;
-      sum += hit.squared / double(count);
-      farthest = std::max(farthest, std::sqrt(hit.squared));
-    }
-    rms = std::max(rms, std::sqrt(sum));
-  };
-  const size_t all = surface.positions.size(), step = 1 + all / kPlaces;
-  measure(1 + (all - 1) / step, NearestTriangle(triangles), [&](size_t i) { return surface.positions[i * step]; });
-  measure(4 * triangles.triangles.size(), maker.tree(), [&](size_t i) {
-    const auto& t = triangles.triangles[i / 4];
-    const Vec3d &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
-    const std::array<Vec3d, 4> places{(a + b + c) / 3, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)};
-    return places[i % 4];
-  });
+  const Distance distance = distanceOf(mesh, maker);
   // On flat faces distances are none.
-  return lack * lack * (rms + kOfMost * farthest + kLeastOff * maker.finestMm());
+  return lack * lack * (distance.rms + kOfMost * distance.most + kLeastOff * maker.finestMm());
 }
 
 // The same for any count of threads.
@@ -264,21 +273,6 @@ std::optional<FlatQuads> mirroredCage(const Version& version, size_t most, std::
   return out;
 }
 
-// How far the clay goes on from quads that leave a part of it out, mm; 0: none is, as each place is nearer than that.
-double leftOutMm(const FlatQuads& made, double nearer) {
-  const std::vector<Vec3d>& places = made.maker->surface().positions;
-  const TriangleMesh triangles = trianglesOf(made.mesh);
-  const NearestTriangle tree(triangles);
-  double farthest = 0;
-  uint32_t hint = UINT32_MAX;
-  for (size_t i = 0; i < places.size(); i += 1 + places.size() / kPlaces) {
-    const NearestTriangle::Hit hit = tree.nearest(places[i], hint);
-    hint = hit.triangle;
-    farthest = std::max(farthest, std::sqrt(hit.squared));
-  }
-  return farthest > nearer ? farthest : 0;
-}
-
 FlatQuads fitted(const Version& version, size_t most, bool mirrored, int threads, const WorkPart& part) {
   FlatQuads out = drawn(version, most, mirrored, {}, threads, part.part(0, kShareOfFit));
   unfoldQuads(out.mesh, out.maker->surface(), out.maker->tree(), out.maker->creases(),
@@ -293,17 +287,19 @@ FlatQuads fitted(const Version& version, size_t most, bool mirrored, int threads
 FlatQuads flatQuads(const Version& version, size_t most, bool mirrored, int threads, const WorkPart& part) {
   FlatQuads out = fitted(version, most, mirrored, threads, part.part(0, kShareOfFirst));
   const double even = std::sqrt(areaOf(version) / double(most)) * version.grid().voxelMm;
-  const double left = leftOutMm(out, kLeftOut * even);
-  if (left == 0) return out;
+  const double first = distanceOf(out.mesh, *out.maker).most;
+  if (first <= kTooFar * even) return out;
   for (size_t i = 0; i < kMore.size(); ++i) {
+    // Twice the quads bring the farthest place about twice as near: so many are too few again.
+    if (kMore[i] < std::min(first / (kTooFar * even), kMore.back())) continue;
     const auto until = [&](size_t each) {
       return kShareOfFirst + (1 - kShareOfFirst) * double(each) / double(kMore.size());
     };
     try {
       FlatQuads finer = fitted(version, static_cast<size_t>(kMore[i] * double(most)), mirrored, threads,
                                part.part(until(i), until(i + 1)));
-      if (leftOutMm(finer, kLeftOut * even) > 0) continue;
-      finer.leftOutMm = left;
+      if (distanceOf(finer.mesh, *finer.maker).most > kTooFar * even) continue;
+      finer.tooFarMm = first;
       return finer;
     } catch (const Cancelled&) {
       throw;

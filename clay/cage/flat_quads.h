@@ -19,8 +19,8 @@ struct FlatQuads {
   int halvings = 0;                   ///< How often the quads of a coarser cage were halved.
   std::optional<MirrorPlane> mirror;  ///< The quads on both sides of it are images of each other, to the bit:
   std::vector<uint32_t> image;        ///< then of each vertex its image, or itself in the plane.
-  /// Of what as many quads as were asked for left out, how far it went on from them, mm: more were drawn. 0: not so.
-  double leftOutMm = 0;
+  /// As many quads as were asked for would lie so far off the clay, mm: more were drawn. 0: not so.
+  double tooFarMm = 0;
 };
 
 /// At most `most` quads around a clay, of its shape: the best of two or four layouts, which differ in irregular
@@ -28,8 +28,9 @@ struct FlatQuads {
 /// corners, its quads are halved: that leaves its irregular vertices alone, which are fewer, and takes a fraction of
 /// the time. `mirrored`: of a clay that a plane normal to an axis mirrors within two voxels one half is drawn and
 /// mirrored, if that can be. Throws as CageMaker. Cost: some seconds, mirrored twice as many. The same for any count of
-/// threads. Where these leave a part of the clay out, which goes on from them by more than the length of an even edge
-/// (thin walls that so few cannot go around, limbs), up to four times as many are drawn until none is left out.
+/// threads. Where these leave a part of the clay out, or lie off it, by more than the length of an even edge (thin walls
+/// that so few cannot go around, limbs, creases that take all of them), up to four times as many are drawn until none
+/// do.
 [[nodiscard]] FlatQuads flatQuads(const Version& version, size_t most, bool mirrored, int threads,
                                   const WorkPart& part);
 

@@ -59,10 +59,9 @@ io::TexturedObject objectOf(const Piece& piece, const ModelExport& what, const c
       "{:.1f} %.",
       piece.name, out.mesh.quads.size(), off.rmsMm, off.most(), out.map.charts, 100 * out.map.covered,
       100 * (out.map.stretch - 1)));
-  if (quads.leftOutMm > 0)
-    sentences.push_back(
-        fmt::format("{}: {} quads would leave out a part of it that goes on for {:.2g} mm, so more were drawn.",
-                    piece.name, *what.quads, quads.leftOutMm));
+  if (quads.tooFarMm > 0)
+    sentences.push_back(fmt::format("{}: {} quads would lie up to {:.2g} mm off it, so more were drawn.", piece.name,
+                                    *what.quads, quads.tooFarMm));
   const clay::QuadShapes shapes = clay::shapesOf(out.mesh);
   std::string shape = fmt::format(
       "{}: {} vertices have more or fewer than four quads; scaled Jacobians (1 for a rectangle) {:.2f} in the mean, "

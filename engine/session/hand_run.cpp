@@ -179,6 +179,8 @@ void HandRun::walkVirtual() {
 }
 
 void HandRun::walkLive() {
+  // Each walk begins as the first does, wherever in the clay the hand was when the last one ended.
+  servo_.reset();
   loop_.restartClock();
   loop_.turn(servo_.samples());
   grant_ = servo_.start().sentence;
@@ -223,6 +225,7 @@ ServoReport HandRun::report(const std::vector<std::unique_ptr<HandRun>>& runs) {
     report.clamped += s.clamped;
     report.slewed += s.slewed;
     report.stopped += s.stopped;
+    report.waiting += s.waiting;
     compute.add(s.compute);
     editToFeel.add(s.editToFeel);
     lateness.add(s.lateness);

@@ -25,6 +25,7 @@ struct Timing {
 struct ServoReport {
   uint64_t ticks = 0, cutting = 0, touching = 0;
   uint64_t overrun = 0, missed = 0, dropped = 0, clamped = 0, slewed = 0, stopped = 0;
+  uint64_t waiting = 0;  ///< Ticks in which forces waited to begin and tools rested.
   Timing compute;
   /// From a sample to the tick that feels the clay as it changed it, the oldest of each edit; whole ticks.
   Timing editToFeel;

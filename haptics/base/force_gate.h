@@ -32,7 +32,10 @@ class ForceGate {
   /// Nobody holds the force at zero.
   [[nodiscard]] static bool open(Word word) noexcept { return (word & kAnyStop) == 0; }
   [[nodiscard]] bool open() const noexcept { return open(word()); }
-  [[nodiscard]] bool stoppedBy(StopOwner owner) const noexcept { return (generation(owner) & 1) != 0; }
+  [[nodiscard]] static bool stoppedBy(StopOwner owner, Word word) noexcept { return (of(word, owner) & 1) != 0; }
+  /// An owner stopped or resumed between two words.
+  [[nodiscard]] static bool changed(StopOwner owner, Word a, Word b) noexcept { return of(a, owner) != of(b, owner); }
+  [[nodiscard]] bool stoppedBy(StopOwner owner) const noexcept { return stoppedBy(owner, word()); }
   [[nodiscard]] Generation generation(StopOwner owner) const noexcept { return of(word(), owner); }
 
   /// Zero force from now on; returns the generation that a resume must name.

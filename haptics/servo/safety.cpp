@@ -44,9 +44,16 @@ bool Safety::plausible(const DeviceState& state) const ARGIL_REALTIME {
 }
 
 void Safety::restart() ARGIL_REALTIME {
+  interrupt(0);
+  start_ = Start::waiting;
+}
+
+void Safety::interrupt(double seconds) ARGIL_REALTIME {
   last_.setZero();
   trailCount_ = trailNext_ = regular_ = rawOver_ = 0;
-  started_ = false;
+  awayS_ += seconds;
+  returnedS_ = 0;
+  if (start_ != Start::waiting) start_ = awayS_ > kAwaySeconds ? Start::waiting : Start::returning;
 }
 
 void Safety::reset() noexcept {
@@ -82,7 +89,7 @@ bool Safety::tooFast(const Vec3d& position, double measuredS) ARGIL_REALTIME {
 }
 
 Vec3d Safety::apply(const Vec3d& raw, const DeviceState& state, bool fresh, uint32_t& flags, double mostN,
-                    const TickTimes& times) ARGIL_REALTIME {
+                    const TickTimes& times, bool shut) ARGIL_REALTIME {
   // In periods.
   const double ticked = times.tickS == kOnePeriod || times.tickS == periodS_ ? 1.0 : times.tickS / periodS_;
   const bool there = fresh && plausible(state);
@@ -101,9 +108,9 @@ Vec3d Safety::apply(const Vec3d& raw, const DeviceState& state, bool fresh, uint
   }
 
   if (fault() != Fault::none) {
-    flags |= kStopped;
+    flags |= kStopped | (shut ? uint32_t{kCut} : 0u);
     const double size = last_.norm(), step = fadeStep_ * std::max(1.0, ticked);
-    if (!there || !(size > step))
+    if (!there || shut || !(size > step))
       last_.setZero();
     else
       last_ *= (size - step) / size;
@@ -111,7 +118,11 @@ Vec3d Safety::apply(const Vec3d& raw, const DeviceState& state, bool fresh, uint
   }
   if (!fresh) {
     flags |= kStale;
-    started_ = false;  // Comes back through the gentle start.
+    interrupt(0);
+    return last_;
+  }
+  if (shut) {
+    flags |= kCut | (raw.norm() > kStartFraction * peak_ && start_ == Start::waiting ? uint32_t{kWaiting} : 0u);
     last_.setZero();
     return last_;
   }
@@ -119,19 +130,27 @@ Vec3d Safety::apply(const Vec3d& raw, const DeviceState& state, bool fresh, uint
     last_.setZero();
     return last_;
   }
-  if (!started_ && motor_) {
-    if (raw.norm() > kStartFraction * peak_) {
-      flags |= kWaiting;
-      last_.setZero();
-      return last_;
-    }
-    started_ = true;
+  if (start_ == Start::waiting && motor_ && raw.norm() > kStartFraction * peak_) {
+    flags |= kWaiting;
+    last_.setZero();
+    return last_;
   }
+  awayS_ = 0;
+  double back = 1;
+  if (start_ == Start::returning && motor_) {
+    returnedS_ += std::clamp(ticked, 0.0, 1.0) * periodS_;
+    back = returnedS_ / kReturnSeconds;
+  }
+  if (back >= 1) start_ = Start::felt;
 
   Vec3d force = raw;
   if (const double size = force.norm(), most = std::min(peak_, std::max(0.0, mostN)); size > most) {
     force *= most / size;
     flags |= most < peak_ ? kWarm : kClamped;
+  }
+  if (back < 1) {
+    flags |= kReturning;
+    if (const double size = force.norm(), most = back * peak_; size > most) force *= most / size;
   }
   const Vec3d change = force - last_;
   const double steepest = slewStep_ * std::clamp(ticked, 0.0, 1.0);

@@ -18,7 +18,11 @@ inline constexpr int kRawOverTicks = 5;        ///< So many commands over twice 
 inline constexpr double kRawOverFactor = 2.0;
 /// Zero to peak force in no less: steep enough for a hand that hits a wall at 0.5 m/s.
 inline constexpr double kSlewPeakSeconds = 0.002;
-inline constexpr double kStartFraction = 0.1;  ///< Forces begin once the command is below this part of the peak.
+inline constexpr double kStartFraction = 0.1;  ///< Forces begin once the command is below this part of the peak,
+/// but after an interruption that was shorter they come back from zero to the peak in kReturnSeconds: nobody lets go of
+/// a stylus in less (a surprised hand takes 0.15 s and more).
+inline constexpr double kAwaySeconds = 0.1;
+inline constexpr double kReturnSeconds = 0.05;
 inline constexpr int kSpeedTicks = 8;  ///< Device speed is judged over so many positions: one glitch is not a speed.
 /// From its origin (a recorded path has its own): a device that says more says garbage.
 inline constexpr double kFarthestMm = 10'000;
@@ -45,11 +49,14 @@ class Safety {
   Safety(const DeviceSheet& sheet, double periodS);
 
   /// The force to command, N, in the device's frame, and what was done to it in `flags` (kClamped, kWarm, kSlewed,
-  /// kStale, kStopped, kWaiting). `fresh`: the device answered in this tick; if not, or if what it answered is no
-  /// place, zero at once. `mostN`: a limit below the peak, that of the heat budget. Ticks that come together share the
-  /// slew limit of their period; late ones get no more than that of one, but fade by as much as their time asks for.
+  /// kStale, kStopped, kWaiting, kReturning, kCut). `fresh`: the device answered in this tick; if not, or if what it
+  /// answered is no place, zero at once. `mostN`: a limit below the peak, that of the heat budget. Ticks that come
+  /// together share the slew limit of their period; late ones get no more than that of one, but fade by as much as
+  /// their time asks for. `shut`: the gate is, zero at once. How long an answer fails or a gate is shut, interrupt() is
+  /// told.
   Vec3d apply(const Vec3d& raw, const DeviceState& state, bool fresh, uint32_t& flags,
-              double mostN = std::numeric_limits<double>::infinity(), const TickTimes& times = {}) ARGIL_REALTIME;
+              double mostN = std::numeric_limits<double>::infinity(), const TickTimes& times = {},
+              bool shut = false) ARGIL_REALTIME;
   /// Whether the device can be there: finite, and no farther than kFarthestMm (a pointer may be anywhere).
   [[nodiscard]] bool plausible(const DeviceState& state) const ARGIL_REALTIME;
   /// Fades to a latched stop for a reason found elsewhere.
@@ -59,8 +66,13 @@ class Safety {
   [[nodiscard]] Fault fault() const noexcept { return fault_.load(std::memory_order_relaxed); }
   /// Grows with every fault: a reset names what its caller had seen. Any thread.
   [[nodiscard]] uint32_t faults() const noexcept { return faults_.load(); }
-  /// The output was zero for a while whatever was commanded: start gently again. Keeps a fault.
+  /// The output was zero for a while whatever was commanded: start gently again, as from the beginning. Keeps a fault.
   void restart() ARGIL_REALTIME;
+  /// The output was or is zero for `seconds` more (a late tick, a watchdog, a silent device): forces that had begun
+  /// come back by themselves, or begin anew when they have been away for kAwaySeconds. Keeps a fault.
+  void interrupt(double seconds) ARGIL_REALTIME;
+  /// Forces have begun, and are not on their way back: what is touched is felt as it is.
+  [[nodiscard]] bool felt() const ARGIL_REALTIME { return start_ == Start::felt; }
   /// Leaves the latched stop: starts anew, waiting for a force in range. Not while the servo runs.
   void reset() noexcept;
 
@@ -77,7 +89,10 @@ class Safety {
   std::array<double, kSpeedTicks> took_;  // Seconds from the position before to this one.
   int trailCount_ = 0, trailNext_ = 0, regular_ = 0;
   int rawOver_ = 0;
-  bool started_ = false;
+  enum class Start : uint8_t { waiting, returning, felt };
+  Start start_ = Start::waiting;
+  double awayS_ = 0;      // Since a force was last let through.
+  double returnedS_ = 0;  // Since forces began to come back.
   std::atomic<Fault> fault_{Fault::none};
   std::atomic<uint32_t> faults_{0};
 };

@@ -80,6 +80,7 @@ void Servo::count(uint32_t flags) ARGIL_REALTIME {
   add(kSlewed, s.slewed);
   add(kQueueFull, s.queueFull);
   add(kStopped, s.stopped);
+  add(kWaiting, s.waiting);
   add(kIncomplete, s.incomplete);
   if (const uint64_t ticks = tick_.feltAfterTicks())
     s.editToFeel.add(static_cast<int64_t>(double(ticks) * 1e9 / options_.rateHz));

@@ -21,7 +21,8 @@ struct ServoStatistics {
   Histogram editToFeel;
   uint64_t ticks = 0, touching = 0, leaving = 0, cutting = 0;
   uint64_t overrun = 0, stale = 0, clamped = 0, slewed = 0, queueFull = 0, stopped = 0, incomplete = 0;
-  uint64_t missed = 0;  ///< Ticks that never were because one before them was late.
+  uint64_t missed = 0;   ///< Ticks that never were because one before them was late.
+  uint64_t waiting = 0;  ///< Forces waited to begin, and tools rested.
   double peakForceN = 0;
 };
 
@@ -29,7 +30,7 @@ struct ServoStatistics {
 enum class ServoState : uint8_t {
   running,
   warm,     ///< Runs; forces are held below the peak until the motors have cooled.
-  waiting,  ///< Forces begin once they are small.
+  waiting,  ///< Forces begin once they are small; until then tools rest but those that lay clay.
   noScene,  ///< Nothing published yet.
   silent,   ///< The device does not answer; zero force until it does.
   hung,     ///< The watchdog has cut the device: no tick ended for kWatchdogSeconds.
@@ -86,7 +87,7 @@ class Servo {
   /// HeatBudget::load() after the last tick. Any thread.
   [[nodiscard]] double heat() const noexcept { return heat_.load(std::memory_order_relaxed); }
   /// How often the watchdog had to cut the device because no tick ended for kWatchdogSeconds. Once ticks come again the
-  /// device is armed again and forces start anew from zero. Any thread.
+  /// device is armed again and forces come back from zero. Any thread.
   [[nodiscard]] uint64_t watchdogCuts() const noexcept { return cuts_.load(); }
   /// How many faults there were: a reset on behalf of somebody who had seen fewer would undo a stop that nobody looked
   /// at. Any thread.

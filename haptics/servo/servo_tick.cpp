@@ -93,8 +93,12 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
     velocity_.reset();
     passivity_.interrupt();
   }
-  // The motors were at zero meanwhile.
-  if (shut || (gate != gate_ && !device_.sheet().pointing) || step.gap) safety_.restart();
+  // The motors are or were at zero. What a person did is no interruption.
+  const bool pointing = device_.sheet().pointing, byPerson = ForceGate::stoppedBy(StopOwner::user, gate);
+  if (!pointing && (byPerson || ForceGate::changed(StopOwner::user, gate, gate_)))
+    safety_.restart();
+  else if (!fresh || shut || (gate != gate_ && !pointing) || step.gap)
+    safety_.interrupt(step.heldS);
   gate_ = gate;
   double measuredS = 0;
 
@@ -123,7 +127,11 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
     in.dampingNsmm = controlled_ ? 0 : coupling_.dampingNsmm;
     in.peakForceN = device_.sheet().peakForceN;
     in.pointing = device_.sheet().pointing;
-    in.operate = scene->tool.work && (state.buttons & scene->tool.buttons) != 0;
+    // A hand that nothing holds back would sink into the clay: the tool rests then, unless a person wants no force or
+    // the clay does not hold it back anyway.
+    const bool works =
+        device_.sheet().dofOut == 0 || byPerson || (!shut && safety_.felt()) || scene->tool.work == Work::lay;
+    in.operate = works && scene->tool.work && (state.buttons & scene->tool.buttons) != 0;
     in.buttons = state.buttons;
     in.sampleIndex = sample_.index;
     const Contact::Output out = contact_->tick(*scene, in);
@@ -170,12 +178,7 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
     passivity_.interrupt();
   }
 
-  Vec3d force = safety_.apply(raw, state, fresh, flags, heat_.limitN(), {step.elapsedS(), measuredS});
-  if (shut) {
-    safety_.restart();
-    force.setZero();
-    flags |= kCut;
-  }
+  const Vec3d force = safety_.apply(raw, state, fresh, flags, heat_.limitN(), {step.elapsedS(), measuredS}, shut);
   passivity_.commanded(force, step.elapsedS());
   device_.write(timeS, force);
   held_ = force;

@@ -28,10 +28,11 @@ enum TickFlag : uint32_t {
   kIncomplete = 1u << 11,  ///< A limit of the contact search was met; the nearest contacts were kept.
   /// Guides leave no place in common, with each other or with the clay: the earlier, the harder holds.
   kGuideConflict = 1u << 12,
-  kWarm = 1u << 13,      ///< Force held below the peak: the motors have used up their heat budget.
-  kPanning = 1u << 14,   ///< A wall of the workspace is pressed and moves it.
-  kClutched = 1u << 15,  ///< The clutch is held: the hand moves, the tip stays.
-  kCut = 1u << 16,       ///< The device's gate is shut: the user or the watchdog holds the force at zero.
+  kWarm = 1u << 13,       ///< Force held below the peak: the motors have used up their heat budget.
+  kPanning = 1u << 14,    ///< A wall of the workspace is pressed and moves it.
+  kClutched = 1u << 15,   ///< The clutch is held: the hand moves, the tip stays.
+  kCut = 1u << 16,        ///< The device's gate is shut: the user or the watchdog holds the force at zero.
+  kReturning = 1u << 17,  ///< Force on its way back from zero after a short interruption.
 };
 
 /// One tick of a stylus. Millimetres, newtons, seconds, world frame.

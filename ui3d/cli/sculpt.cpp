@@ -172,6 +172,10 @@ void printTable(const engine::RunReport& run, const std::vector<Figures>& pieces
     row("peak force", fmt::format("{:.2f} N of {:.2f} N ({})", s.peakForceN, s.forceLimitN, options.device));
     if (s.stalls > 0)
       row("stalls", fmt::format("{}: the machine stood still so long that the watchdog let go of the force", s.stalls));
+    if (s.waiting > 0)
+      row("waited", fmt::format("{} ticks: the force was away for long, and the tool rested until the stylus was moved "
+                                "away from what it touched",
+                                s.waiting));
     if (!s.grant.empty()) row("real time", s.grant);
     if (!s.fault.empty()) row("force stopped", s.fault);
   }
@@ -250,6 +254,7 @@ ordered_json reportJson(const engine::RunReport& run, const std::vector<Figures>
                      {"dropped", s.dropped},
                      {"clamped", s.clamped},
                      {"stalls", s.stalls},
+                     {"waiting", s.waiting},
                      {"compute", timingJson(s.compute)},
                      {"edit_to_feel", timingJson(s.editToFeel)},
                      {"peak_force_n", s.peakForceN},

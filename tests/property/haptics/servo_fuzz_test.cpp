@@ -205,23 +205,29 @@ void fuzz(const DeviceSheet& sheet, std::string_view contact, double periodS, ui
   ServoTick tick(device, scenes, ring, periodS, contact);
   std::array<StylusSample, 512> drained;
   double timeS = 0, latest = 0;  // Of the last tick whose time was a number.
-  bool fromZero = true;
-  uint64_t stoppedFor = 0;
+  // Why the force is zero: forces have not begun, or they were interrupted for `awayS` and come back since `backS`.
+  enum class Zero { notBegun, interrupted, no } zero = Zero::notBegun;
+  double awayS = 0, backS = 0;
+  bool lays = false;
+  uint64_t stoppedFor = 0, returned = 0;
   uint64_t touching = 0, stopped = 0, waiting = 0, stale = 0, panning = 0, clutched = 0, slewed = 0, pushed = 0;
   for (uint64_t i = 0; i < ticks; ++i) {
     if (i >= 20 && random() % 300 == 0) {
       // Home again from wherever walls and clutch took it: the clay is there.
       if (random() % 2) tick.workspace().reset();
-      scenes.publish(std::make_unique<const Scene>(anyScene(random, versions)));
+      auto scene = std::make_unique<const Scene>(anyScene(random, versions));
+      lays = scene->tool.work == Work::lay;
+      scenes.publish(std::move(scene));
     }
     // Time goes on, mostly.
     const double before = timeS;
     timeS = random() % 100 ? timeS + periodS : random() % 4 ? 10 * unit(random) : odd(random);
-    // Now and then late by some periods, or bunched.
+    // Now and then late by some periods, or bunched; a few stall for long.
     if (random() % 50 == 0) timeS = before + 6 * periodS * std::abs(unit(random));
+    if (random() % 100 == 0) timeS = before + (random() % 4 ? 0.4 : 1.5) * kAwaySeconds * std::abs(unit(random));
     if (random() % 10'000 == 0) {
       tick.park(0);
-      fromZero = true;
+      zero = Zero::notBegun;
     }
     const uint32_t flags = tick.run(timeS, random() % 50 == 0);
     const Vec3d force = device.told;
@@ -229,20 +235,41 @@ void fuzz(const DeviceSheet& sheet, std::string_view contact, double periodS, ui
     ASSERT_LE(force.norm(), sheet.peakForceN) << "tick " << i;
     ASSERT_TRUE(tick.last().forceN.allFinite()) << "tick " << i;
     ASSERT_TRUE(tick.last().device.translation.allFinite()) << "tick " << i;
+    const double elapsed = timeS > latest ? timeS - latest : 0;
+    // After a gap forces come from zero.
+    const bool gap = elapsed > periodS + kStallSeconds;
+    if (!device.answered || gap) {
+      awayS += elapsed;
+      backS = 0;
+      if (zero == Zero::no) zero = Zero::interrupted;
+      if (awayS > kAwaySeconds) zero = Zero::notBegun;
+    }
+    if (device.garbage) zero = Zero::notBegun;
     if (!device.answered || device.garbage) {
       ASSERT_EQ(force, Vec3d::Zero()) << "tick " << i;
-      fromZero = true;
     } else {
-      // After a gap forces begin anew, from zero.
-      const bool gap = timeS - latest > periodS + kStallSeconds;
-      fromZero = fromZero || gap;
-      ASSERT_LE((force - (gap ? Vec3d(Vec3d::Zero()) : device.before)).norm(), tick.safety().slewStepN() * (1 + 1e-9))
+      // A fault fades as fast as its time asks for.
+      const double shrunk = (flags & kStopped) != 0 ? device.before.norm() - force.norm() : 0;
+      ASSERT_GE(shrunk, 0) << "tick " << i;
+      ASSERT_LE((force - (gap ? Vec3d(Vec3d::Zero()) : device.before)).norm(),
+                std::max(shrunk, tick.safety().slewStepN()) * (1 + 1e-9))
           << "tick " << i;
-      // After silence or a stop nothing is felt until what would be felt is small.
-      if (!(flags & (kStopped | kWaiting)) && fromZero) {
-        ASSERT_LE(force.norm(), kStartFraction * sheet.peakForceN) << "tick " << i;
-        fromZero = false;
+      // After a stop or a long silence nothing is felt until what would be felt is small; after a short one it grows.
+      if (flags & kStopped) zero = Zero::notBegun;
+      if (!(flags & (kStopped | kWaiting))) {
+        awayS = 0;
+        if (zero == Zero::notBegun) {
+          ASSERT_LE(force.norm(), kStartFraction * sheet.peakForceN) << "tick " << i;
+          zero = Zero::no;
+        } else if (zero == Zero::interrupted) {
+          backS += std::min(elapsed, periodS) + 1e-9;  // What counts as one period is as near to it.
+          ASSERT_LE(force.norm(), backS / kReturnSeconds * sheet.peakForceN * (1 + 1e-9)) << "tick " << i;
+          ASSERT_TRUE(!(flags & kCutting) || lays || backS >= kReturnSeconds) << "tick " << i;
+          ++returned;
+          if (backS >= kReturnSeconds) zero = Zero::no;
+        }
       }
+      ASSERT_FALSE((flags & kWaiting) && (flags & kCutting) && !lays) << "tick " << i;
     }
     if (std::isfinite(timeS)) latest = timeS;
     ASSERT_LE(tick.heat().load(), 1 + 1e-3) << "tick " << i;
@@ -258,7 +285,7 @@ void fuzz(const DeviceSheet& sheet, std::string_view contact, double periodS, ui
     if (double(stoppedFor) * periodS > 1.5 * kFadeSeconds) {
       ASSERT_EQ(force, Vec3d::Zero());
       tick.reset();
-      fromZero = true;
+      zero = Zero::notBegun;
     }
     if (i % 500 == 0) (void)ring.pop(drained);
   }
@@ -270,7 +297,7 @@ void fuzz(const DeviceSheet& sheet, std::string_view contact, double periodS, ui
       percent(touching), percent(pushed), percent(stopped), percent(waiting), percent(stale), percent(panning),
       percent(clutched), percent(slewed));
   if (tick.safety().slewStepN() > sheet.peakForceN) slewed = ticks;  // At a slow rate no step is too steep.
-  for (uint64_t seen : {touching, stopped, waiting, stale, panning, clutched, slewed, pushed})
+  for (uint64_t seen : {touching, stopped, waiting, stale, panning, clutched, slewed, pushed, returned})
     EXPECT_GT(seen, ticks / 5000) << "something was never tried";
 }
 

@@ -121,13 +121,40 @@ TEST(Safety, FourLargeCommandsAreNoFault) {
 }
 
 TEST(Safety, ASilentDeviceGetsZeroAtOnce) {
-  Safety safety(deviceSheet("touch"), kPeriod);
+  const DeviceSheet& sheet = deviceSheet("touch");
+  Safety safety(sheet, kPeriod);
   uint32_t flags = 0;
   for (int i = 0; i < 20; ++i) (void)safety.apply({0, 0, i ? 2.0 : 0.0}, at(0), true, flags);
   EXPECT_EQ(safety.apply({0, 0, 2}, at(0), false, flags).norm(), 0);
   EXPECT_TRUE(flags & kStale);
   flags = 0;
-  EXPECT_EQ(safety.apply({0, 0, 2}, at(0), true, flags).norm(), 0) << "and comes back gently";
+  EXPECT_LE(safety.apply({0, 0, 2}, at(0), true, flags).norm(), sheet.peakForceN * kPeriod / kReturnSeconds * 1.0001)
+      << "and comes back gently";
+  EXPECT_TRUE(flags & kReturning);
+  safety.interrupt(1.01 * kAwaySeconds);
+  flags = 0;
+  EXPECT_EQ(safety.apply({0, 0, 2}, at(0), true, flags).norm(), 0) << "after long it begins anew";
+  EXPECT_TRUE(flags & kWaiting);
+}
+
+TEST(Safety, InterruptionsThatFollowEachOtherAreOne) {
+  Safety safety(deviceSheet("touch"), kPeriod);
+  uint32_t flags = 0;
+  for (int i = 0; i < 20; ++i) (void)safety.apply({0, 0, i ? 2.0 : 0.0}, at(0), true, flags);
+  EXPECT_TRUE(safety.felt());
+  for (int i = 0; i < 99; ++i) {
+    safety.interrupt(kPeriod);
+    EXPECT_EQ(safety.apply({0, 0, 2}, at(0), true, flags, 1e9, {}, true), Vec3d::Zero()) << "shut";
+  }
+  flags = 0;
+  EXPECT_GT(safety.apply({0, 0, 2}, at(0), true, flags).norm(), 0);
+  EXPECT_FALSE(safety.felt());
+  for (int i = 0; i < 102; ++i) {
+    safety.interrupt(kPeriod);
+    (void)safety.apply({0, 0, 2}, at(0), true, flags, 1e9, {}, true);
+  }
+  flags = 0;
+  EXPECT_EQ(safety.apply({0, 0, 2}, at(0), true, flags), Vec3d::Zero());
   EXPECT_TRUE(flags & kWaiting);
 }
 

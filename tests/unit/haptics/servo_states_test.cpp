@@ -86,6 +86,7 @@ TEST(ServoStates, UnplugLateGarbageAndSilenceAreZeroInThatTick) {
     EXPECT_EQ(servo.fault(), fault);
     EXPECT_EQ(servo.tick().last().device.translation, before) << "the last place that was good is kept";
     EXPECT_GT(std::string(sentence(servo.state())).size(), 20u);
+    servo.runVirtual(uint64_t(1.01 * kAwaySeconds * servo.rateHz()));
     // The device is back where it was, pressed into the clay: no force until that is small, or until a fault was looked
     // at.
     device.trouble = Trouble::none;

@@ -284,7 +284,7 @@ Version tray(double voxelMm) {
 TEST(FlatQuads, KeepThinWalls) {
   const FlatQuads made = flatQuads(tray(0.3), 250, false, 2, WorkPart(nullptr));
   std::printf("%zu quads, %.2f mm off\n", made.mesh.quads.size(), farthestOf(made));
-  EXPECT_EQ(made.leftOutMm, 0);
+  EXPECT_EQ(made.tooFarMm, 0);
   EXPECT_LE(made.mesh.quads.size(), 250u);
   EXPECT_LT(farthestOf(made), 2);
 }
@@ -306,9 +306,9 @@ TEST(CageMaker, KeepsWallsThinnerThanItsGrid) {
 TEST(FlatQuads, AreMoreWhereSoFewWouldLeaveAPartOut) {
   const Version clay = urchin(32);
   const FlatQuads made = flatQuads(clay, 60, false, 2, WorkPart(nullptr));
-  std::printf("%zu quads, %.2f mm off in place of %.2f\n", made.mesh.quads.size(), farthestOf(made), made.leftOutMm);
+  std::printf("%zu quads, %.2f mm off in place of %.2f\n", made.mesh.quads.size(), farthestOf(made), made.tooFarMm);
   const double edge = std::sqrt(areaOf(clay) / 60) * 0.5;
-  EXPECT_GT(made.leftOutMm, edge);
+  EXPECT_GT(made.tooFarMm, edge);
   EXPECT_GT(made.mesh.quads.size(), 60u);
   EXPECT_LE(made.mesh.quads.size(), 240u);
   EXPECT_LT(farthestOf(made), 1.1 * edge);
