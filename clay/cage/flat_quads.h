@@ -28,9 +28,9 @@ struct FlatQuads {
 /// corners, its quads are halved: that leaves its irregular vertices alone, which are fewer, and takes a fraction of
 /// the time. `mirrored`: of a clay that a plane normal to an axis mirrors within two voxels one half is drawn and
 /// mirrored, if that can be. Throws as CageMaker. Cost: some seconds, mirrored twice as many. The same for any count of
-/// threads. Where these leave a part of the clay out, or lie off it, by more than the length of an even edge (thin walls
-/// that so few cannot go around, limbs, creases that take all of them), up to four times as many are drawn until none
-/// do.
+/// threads. Where these leave a part of the clay out by more than the length of an even edge, or lie off it by half as
+/// much again (thin walls that so few cannot go around, limbs, many handles), up to four times as many are drawn until
+/// none do.
 [[nodiscard]] FlatQuads flatQuads(const Version& version, size_t most, bool mirrored, int threads,
                                   const WorkPart& part);
 

@@ -274,7 +274,9 @@ class Unfolding {
     // As far off the surface as it was: quads lie around it.
     const auto [foot, normal] = normalAt(was, hint_);
     const double height = (was - foot).dot(normal);
-    const Vec3d across = normal.unitOrthogonal(), over = normal.cross(across);
+    // A sliver without area has none: any way will do.
+    const Vec3d out = normal.squaredNorm() > 0 ? normal : Vec3d::UnitZ();
+    const Vec3d across = out.unitOrthogonal(), over = out.cross(across);
     double best = before;
     Vec3d to = was;
     const double allowed = std::max(offAt(v), off_ * length);
@@ -291,9 +293,9 @@ class Unfolding {
       }
       for (int k = 0; k < kWays; ++k) {
         const double angle = 2 * M_PI * k / kWays;
-        const auto [on, out] =
+        const auto [on, there] =
             normalAt(was + step * length * (std::cos(angle) * across + std::sin(angle) * over), hint_);
-        attempt(on + height * out);
+        attempt(on + height * there);
       }
     }
     mesh_.positions[v] = to;

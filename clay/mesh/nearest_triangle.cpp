@@ -192,6 +192,8 @@ bool NearestTriangle::within(const Vec3d& p, double distance) const {
 }
 
 NearestTriangle::Hit NearestTriangle::search(const Vec3d& p, Hit best, double enough) const {
+  // No bound would exclude anything, and all triangles would be looked at in vain.
+  if (!p.allFinite()) return best;
   const Vec3d place = inTree(p);
   // Beyond any float the bounds say nothing, and every triangle is looked at.
   constexpr double kFarthest = 1e18;

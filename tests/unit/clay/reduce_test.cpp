@@ -293,6 +293,33 @@ TEST(Reduce, NearestTriangleIsTheNearestAtAnySizeAndDistance) {
   }
 }
 
+// Two thousand such questions take less than to look at all triangles twenty times.
+TEST(Reduce, APlaceThatIsNotFiniteIsNearNothingWithoutASearch) {
+  const TriangleMesh ball = icosphere({0, 0, 0}, 10, 6);
+  const NearestTriangle tree(ball);
+  const auto seconds = [](auto&& work) {
+    const auto begin = std::chrono::steady_clock::now();
+    work();
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  };
+  double sum = 0;
+  const double all = seconds([&] {
+    for (int i = 0; i < 20; ++i) sum += bruteSquared({double(i), 0, 0}, ball);
+  });
+  EXPECT_GT(sum, 0);
+  const double none = seconds([&] {
+    for (const double odd : {double(NAN), double(INFINITY), -double(INFINITY)})
+      for (int i = 0; i < 700; ++i) {
+        const Vec3d p(0, odd, 1);
+        EXPECT_FALSE(tree.nearest(p).squared < INFINITY);
+        EXPECT_FALSE(tree.nearest(p, 5).squared < INFINITY);
+        EXPECT_EQ(tree.nearerThan(p, 1e300).triangle, UINT32_MAX);
+        EXPECT_FALSE(tree.within(p, 1e300));
+      }
+  });
+  EXPECT_LT(none, all);
+}
+
 TEST(Reduce, WhatIsNoClosedFanStays) {
   // A ball with a hole: the rim stays, all else goes on.
   TriangleMesh mesh = icosphere({0, 0, 0}, 10, 4);

@@ -74,6 +74,30 @@ TEST(UnfoldQuads, WhatFoldsMovesAlongTheSurfaceAndTheRestStays) {
   EXPECT_GT(kept, mesh.positions.size() / 3);
 }
 
+// Where two rows of vertices stand on one crease a surface has triangles without area, which have no normal.
+TEST(UnfoldQuads, WhatLiesOnATriangleWithoutAreaMovesToo) {
+  const Version clay = makeSphere(Store::make(), grid(), {1, 2, 3}, 16);
+  const FlatQuads made = flatQuads(clay, 400, false, 1, WorkPart(nullptr));
+  QuadMesh mesh = made.mesh;
+  TriangleMesh surface = made.maker->surface();
+  for (uint32_t v = 0; v < mesh.positions.size(); v += 23) {
+    Vec3d& at = mesh.positions[v];
+    const Vec3d out = (at - Vec3d(1, 2, 3)).normalized();
+    at += 2.5 * out.unitOrthogonal();
+    const auto first = static_cast<uint32_t>(surface.positions.size());
+    surface.positions.push_back(at);
+    surface.triangles.push_back({first, first, first});
+  }
+  ASSERT_GT(badOf(mesh), 15u);
+  const QuadMesh folded = mesh;
+  const NearestTriangle tree(surface);
+  unfoldQuads(mesh, surface, tree, made.maker->creases(), WorkPart(nullptr));
+  EXPECT_EQ(badOf(mesh), 0u);
+  int moved = 0;
+  for (uint32_t v = 0; v < mesh.positions.size(); v += 23) moved += mesh.positions[v] != folded.positions[v];
+  EXPECT_GT(moved, 10) << "neighbours alone could unfold some";
+}
+
 TEST(UnfoldQuads, VerticesOfCreasesStayOnThemAndCornersWhereTheyAre) {
   const Version block = makeBlock(Store::make(), grid(), Vec3d(0.1, 0.1, 0.1), {30, 24, 18}, 0);
   const FlatQuads made = flatQuads(block, 300, false, 1, WorkPart(nullptr));
