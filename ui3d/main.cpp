@@ -145,7 +145,7 @@ int run(int argc, char** argv) {
   convertVerb->add_option("--faces", convert.faces, "STEP and IGES: so many smooth faces at most, of each piece");
   convertVerb->add_option(
       "--quads", convert.quads,
-      "OBJ and GLB: quads in place of triangles, so many at most a piece, or more where these would leave a part out");
+      "OBJ and GLB: quads in place of triangles, so many at most a piece, or more where these would lie too far off");
   convertVerb->add_flag("--mirror", convert.mirror,
                         "With --quads: mirror images on both sides of a plane that mirrors the clay");
   convertVerb->add_option(

@@ -205,7 +205,7 @@ void quadsOf(BenchReport& report, const BenchOptions& options, const std::string
       mesh.quads.size(), made.halvings, irregular, shapes.mean, shapes.least, bad, off.rmsMm, off.most(), map.charts,
       100 * map.covered, map.stretch, flatUs * 1e-6);
   if (made.tooFarMm > 0)
-    result.note += fmt::format("; more than asked for, which lie up to {:.2g} mm off", made.tooFarMm);
+    result.note += fmt::format("; more than asked for, which would lie up to {:.2g} mm off", made.tooFarMm);
   if (creases > 0) result.note += fmt::format("; {:.1f} % of creases are edges", 100 * creasesIn(mesh) / creases);
   // Of the fine surface QuadriFlow refuses edges without a length, which lie on creases.
   Surface draft(false);

@@ -45,10 +45,8 @@ constexpr double kTooFew = 160;                     // fewer quads than were ask
 constexpr double kOfMost = 0.2;                     // what the largest distance counts beside the RMS
 constexpr double kLeastOff = 0.01;                  // of the finest that is looked at: less makes no layout better
 constexpr size_t kPlaces = 20000;                   // of the surface, where distances are taken
-// Even edges: quads are too few that leave out what goes on so far from them, or that lie so far off; across a notch
-// some lie an edge off anyway.
-constexpr double kLeftOut = 1, kOff = 1.5;
-constexpr std::array kMore{1.5, 2.0, 3.0, 4.0};  // times the quads that were asked for: then so many are drawn
+constexpr double kTooFar = 1;                       // even edges: quads that lie so far off are too few
+constexpr std::array kMore{1.5, 2.0, 3.0, 4.0};     // times the quads that were asked for: then so many are drawn
 constexpr double kShareOfCage = 0.8, kShareOfHalf = 0.95, kShareOfFit = 0.9, kShareOfFirst = 0.6;
 
 // Quads that do not lie in the end of a half: how many, and their mean scaled Jacobian.
@@ -81,31 +79,28 @@ double shareInEnd(const CageMaker& maker, const EndPlane& end) {
   return in / all;
 }
 
-// Between quads and clay, mm.
+// Between quads and clay, both ways, as for all that is told of distances, mm.
 struct Distance {
-  double rms = 0;               // the larger of both ways, as for all that is told of distances
-  double leftOut = 0, off = 0;  // the largest from the clay to the quads, and from the quads to the clay
-  [[nodiscard]] double most() const { return std::max(leftOut, off); }
+  double rms = 0, most = 0;
 };
 Distance distanceOf(const QuadMesh& mesh, const CageMaker& maker) {
   Distance out;
-  const auto measure = [&](size_t count, const NearestTriangle& to, double& most, const auto& place) {
+  const auto measure = [&](size_t count, const NearestTriangle& to, const auto& place) {
     double sum = 0;
     uint32_t hint = UINT32_MAX;
     for (size_t i = 0; i < count; ++i) {
       const NearestTriangle::Hit hit = to.nearest(place(i), hint);
       hint = hit.triangle;
       sum += hit.squared / double(count);
-      most = std::max(most, std::sqrt(hit.squared));
+      out.most = std::max(out.most, std::sqrt(hit.squared));
     }
     out.rms = std::max(out.rms, std::sqrt(sum));
   };
   const std::vector<Vec3d>& places = maker.surface().positions;
   const TriangleMesh triangles = trianglesOf(mesh);
   const size_t step = 1 + places.size() / kPlaces;
-  measure(1 + (places.size() - 1) / step, NearestTriangle(triangles), out.leftOut,
-          [&](size_t i) { return places[i * step]; });
-  measure(4 * triangles.triangles.size(), maker.tree(), out.off, [&](size_t i) {
+  measure(1 + (places.size() - 1) / step, NearestTriangle(triangles), [&](size_t i) { return places[i * step]; });
+  measure(4 * triangles.triangles.size(), maker.tree(), [&](size_t i) {
     const auto& t = triangles.triangles[i / 4];
     const Vec3d &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
     const std::array<Vec3d, 4> of{(a + b + c) / 3, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)};
@@ -126,7 +121,7 @@ double lackOf(QuadMesh mesh, size_t most, const CageMaker& maker, const WorkPart
     if (scaledJacobian(mesh, quad) < kBadJacobian) lack += kBadQuad;
   const Distance distance = distanceOf(mesh, maker);
   // On flat faces distances are none.
-  return lack * lack * (distance.rms + kOfMost * distance.most() + kLeastOff * maker.finestMm());
+  return lack * lack * (distance.rms + kOfMost * distance.most + kLeastOff * maker.finestMm());
 }
 
 // The same for any count of threads.
@@ -290,30 +285,40 @@ FlatQuads fitted(const Version& version, size_t most, bool mirrored, int threads
 }  // namespace
 
 FlatQuads flatQuads(const Version& version, size_t most, bool mirrored, int threads, const WorkPart& part) {
-  FlatQuads out = fitted(version, most, mirrored, threads, part.part(0, kShareOfFirst));
-  const double even = std::sqrt(areaOf(version) / double(most)) * version.grid().voxelMm;
-  // 1 and less: near enough.
-  const auto farness = [&](const Distance& each) { return std::max(each.leftOut / kLeftOut, each.off / kOff) / even; };
-  const Distance first = distanceOf(out.mesh, *out.maker);
-  if (farness(first) <= 1) return out;
+  const double enough = kTooFar * std::sqrt(areaOf(version) / double(most)) * version.grid().voxelMm;
+  FlatQuads out;
+  std::exception_ptr refused;
+  double farthest = HUGE_VAL, least = 1;  // mm off; times as many quads are too few
+  try {
+    out = fitted(version, most, mirrored, threads, part.part(0, kShareOfFirst));
+    farthest = distanceOf(out.mesh, *out.maker).most;
+    if (farthest <= enough) return out;
+    // Twice the quads bring the farthest place about twice as near.
+    least = std::min(farthest / enough, kMore.back());
+  } catch (const Cancelled&) {
+    throw;
+  } catch (const Error& e) {
+    if (e.kind() == Error::Kind::input) throw;
+    refused = std::current_exception();
+  }
   for (size_t i = 0; i < kMore.size(); ++i) {
-    // Twice the quads bring the farthest place about twice as near: so many are too few again.
-    if (kMore[i] < std::min(farness(first), kMore.back())) continue;
+    if (kMore[i] < least) continue;
     const auto until = [&](size_t each) {
       return kShareOfFirst + (1 - kShareOfFirst) * double(each) / double(kMore.size());
     };
     try {
       FlatQuads finer = fitted(version, static_cast<size_t>(kMore[i] * double(most)), mirrored, threads,
                                part.part(until(i), until(i + 1)));
-      if (farness(distanceOf(finer.mesh, *finer.maker)) > 1) continue;
-      finer.tooFarMm = first.most();
+      if (distanceOf(finer.mesh, *finer.maker).most > enough) continue;
+      finer.tooFarMm = farthest;
       return finer;
     } catch (const Cancelled&) {
       throw;
     } catch (const Error&) {
-      continue;  // what was drawn at first is there
+      continue;  // what was drawn or said at first is there
     }
   }
+  if (refused) std::rethrow_exception(refused);
   return out;
 }
 

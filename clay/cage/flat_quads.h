@@ -19,7 +19,8 @@ struct FlatQuads {
   int halvings = 0;                   ///< How often the quads of a coarser cage were halved.
   std::optional<MirrorPlane> mirror;  ///< The quads on both sides of it are images of each other, to the bit:
   std::vector<uint32_t> image;        ///< then of each vertex its image, or itself in the plane.
-  /// As many quads as were asked for would lie so far off the clay, mm: more were drawn. 0: not so.
+  /// As many quads as were asked for would lie so far off the clay, mm, infinite where they do not go around it: more
+  /// were drawn. 0: not so.
   double tooFarMm = 0;
 };
 
@@ -28,9 +29,8 @@ struct FlatQuads {
 /// corners, its quads are halved: that leaves its irregular vertices alone, which are fewer, and takes a fraction of
 /// the time. `mirrored`: of a clay that a plane normal to an axis mirrors within two voxels one half is drawn and
 /// mirrored, if that can be. Throws as CageMaker. Cost: some seconds, mirrored twice as many. The same for any count of
-/// threads. Where these leave a part of the clay out by more than the length of an even edge, or lie off it by half as
-/// much again (thin walls that so few cannot go around, limbs, many handles), up to four times as many are drawn until
-/// none do.
+/// threads. Where these do not go around the clay, leave a part of it out by more than the length of an even edge, or
+/// lie as far off it (thin walls, limbs, many handles), up to four times as many are drawn until none do.
 [[nodiscard]] FlatQuads flatQuads(const Version& version, size_t most, bool mirrored, int threads,
                                   const WorkPart& part);
 

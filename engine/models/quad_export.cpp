@@ -60,8 +60,10 @@ io::TexturedObject objectOf(const Piece& piece, const ModelExport& what, const c
       piece.name, out.mesh.quads.size(), off.rmsMm, off.most(), out.map.charts, 100 * out.map.covered,
       100 * (out.map.stretch - 1)));
   if (quads.tooFarMm > 0)
-    sentences.push_back(fmt::format("{}: {} quads would lie up to {:.2g} mm off it, so more were drawn.", piece.name,
-                                    *what.quads, quads.tooFarMm));
+    sentences.push_back(fmt::format("{}: {} quads {}, so more were drawn.", piece.name, *what.quads,
+                                    std::isfinite(quads.tooFarMm)
+                                        ? fmt::format("would lie up to {:.2g} mm off it", quads.tooFarMm)
+                                        : "do not go around it"));
   const clay::QuadShapes shapes = clay::shapesOf(out.mesh);
   std::string shape = fmt::format(
       "{}: {} vertices have more or fewer than four quads; scaled Jacobians (1 for a rectangle) {:.2f} in the mean, "

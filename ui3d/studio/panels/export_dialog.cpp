@@ -97,7 +97,7 @@ void reduction(ExportChoice& choice) {
     kit::number({"error", "Error at most", "Of the surface, measured both ways.", "mm", 0.0005, 10, 0.05, true},
                 choice.errorMm);
   if (choice.reduce != kQuads) return;
-  kit::number({"quads", "At most", "Of each piece; the error is told. More where so few would leave a part out.",
+  kit::number({"quads", "At most", "Of each piece; the error is told. More where so few would lie too far off.",
                "quads", 24, 100000, 4000, true},
               choice.quads);
   kit::toggle("Mirrored", choice.mirrored,

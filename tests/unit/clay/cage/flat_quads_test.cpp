@@ -314,6 +314,22 @@ TEST(FlatQuads, AreMoreWhereSoFewWouldLeaveAPartOut) {
   EXPECT_LT(farthestOf(made), 1.1 * edge);
 }
 
+// Four handles ask for more quads than that.
+TEST(FlatQuads, AreMoreWhereSoFewDoNotGoAround) {
+  Version clay = makeBlock(Store::make(), grid(0.5), Vec3d(0, 0, -4), {40, 30, 8}, 0);
+  for (const Vec3d& at : {Vec3d(-7.5, -5, 1), Vec3d(7.5, -5, 1), Vec3d(-7.5, 5, 1), Vec3d(7.5, 5, 1)}) {
+    clay = combine(clay, makeBlock(Store::make(), grid(0.5), at, {2.2, 4.5, 4.5}, 0), Combination::join);
+    clay = combine(clay, makeBlock(Store::make(), grid(0.5), at, {4, 2, 2}, 0), Combination::cut);
+  }
+  const FlatQuads made = flatQuads(clay, 36, false, 2, WorkPart(nullptr));
+  std::printf("%zu quads, %.2f mm off\n", made.mesh.quads.size(), farthestOf(made));
+  EXPECT_EQ(made.tooFarMm, HUGE_VAL);
+  EXPECT_GT(made.mesh.quads.size(), 36u);
+  EXPECT_LE(made.mesh.quads.size(), 144u);
+  EXPECT_EQ(made.maker->shape(), -3);
+  EXPECT_LT(farthestOf(made), std::sqrt(areaOf(clay) / 36) * 0.5);
+}
+
 // The nearest flat quads of a cage around thin legs would fold; as they are moved none becomes worse than a corner of
 // 14 degrees, or than it was.
 TEST(FitQuads, FoldsNoQuad) {
