@@ -19,8 +19,8 @@ namespace argil::clay {
 /// about equally far, as from the middle of a ball, boxes alone exclude nothing and a search would look at all
 /// triangles. Of triangles that are equally near the first in the tree's order is taken, whatever the hint: answers do
 /// not depend on what was asked before, nor on the CPU. A place that is not finite is near nothing, which costs no
-/// search. The mesh must outlive it and stay as it is. 41 bytes a triangle beside the mesh. nearest() from any number of
-/// threads.
+/// search. The mesh must outlive it and stay as it is. 41 bytes a triangle beside the mesh. nearest() from any number
+/// of threads.
 class NearestTriangle {
  public:
   /// At least one triangle, indices in range, finite coordinates. Cost: about 0.2 s for 10^6 triangles.

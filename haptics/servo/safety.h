@@ -18,11 +18,10 @@ inline constexpr int kRawOverTicks = 5;        ///< So many commands over twice 
 inline constexpr double kRawOverFactor = 2.0;
 /// Zero to peak force in no less: steep enough for a hand that hits a wall at 0.5 m/s.
 inline constexpr double kSlewPeakSeconds = 0.002;
-inline constexpr double kStartFraction = 0.1;  ///< Forces begin once the command is below this part of the peak,
-/// but after an interruption that was shorter they come back from zero to the peak in kReturnSeconds: nobody lets go of
-/// a stylus in less (a surprised hand takes 0.15 s and more).
+inline constexpr double kStartFraction = 0.1;  ///< Forces begin once the command is below this part of the peak.
+/// After a shorter interruption they come back by themselves: a surprised hand takes 0.15 s and more to let go.
 inline constexpr double kAwaySeconds = 0.1;
-inline constexpr double kReturnSeconds = 0.05;
+inline constexpr double kReturnSeconds = 0.05;  ///< From zero to the peak then.
 inline constexpr int kSpeedTicks = 8;  ///< Device speed is judged over so many positions: one glitch is not a speed.
 /// From its origin (a recorded path has its own): a device that says more says garbage.
 inline constexpr double kFarthestMm = 10'000;

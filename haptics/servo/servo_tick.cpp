@@ -129,8 +129,7 @@ uint32_t ServoTick::run(double timeS, bool late) ARGIL_REALTIME {
     in.pointing = device_.sheet().pointing;
     // A hand that nothing holds back would sink into the clay: the tool rests then, unless a person wants no force or
     // the clay does not hold it back anyway.
-    const bool works =
-        device_.sheet().dofOut == 0 || byPerson || (!shut && safety_.felt()) || scene->tool.work == Work::lay;
+    const bool works = device_.sheet().dofOut == 0 || byPerson || safety_.felt() || scene->tool.work == Work::lay;
     in.operate = works && scene->tool.work && (state.buttons & scene->tool.buttons) != 0;
     in.buttons = state.buttons;
     in.sampleIndex = sample_.index;
