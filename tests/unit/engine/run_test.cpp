@@ -236,6 +236,17 @@ TEST(RunScript, LiveStrokesGoThroughTheServoInRealTime) {
   EXPECT_EQ(live.surface.hash(), whole.hash());
 }
 
+// The servo rests while a stroke of the tip is done; the hand is left, and goes on, deep in the clay.
+TEST(RunScript, LiveStrokesGoOnWhereTheHandWasLeftPressed) {
+  const std::string first =
+      R"({"tool": "carve", "radius_mm": 3, "drive": "hand", "path": [[0,-12,0,16],[0.3,-12,0,8],[0.8,-4,0,8]]})";
+  const std::string then = R"({"tool": "carve", "radius_mm": 3, "drive": "hand", "path": [[0,-4,0,8],[0.6,8,0,8]]})";
+  const Ran live(script(first + ", " + kTip + ", " + then), {.live = true});
+  ASSERT_TRUE(live.report.servo);
+  EXPECT_LT(topAt(live.session.version(), -8, 0), 9.5);
+  EXPECT_LT(topAt(live.session.version(), 4, 0), 9.5);
+}
+
 TEST(RunScript, RefusesADeviceThatIsNotThere) {
   EXPECT_THROW(Ran(script(kCarve), {.device = "broom"}), Error);
 }

@@ -1,5 +1,6 @@
 // Files are chosen, clay is exported, keys are changed, forces are stopped: by mouse and keys alone.
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 
@@ -38,7 +39,8 @@ class Dialogs : public testing::Test {
   }
   void press(const char* dialog, const char* button) {
     ImVec2 at{NAN, NAN};
-    // What is found of a model in the background is another row: the button may move while it is looked for.
+    // Once the size of a model is shown the dialog is put in the middle anew: the button may move while it is looked
+    // for.
     for (int tries = 0; tries < 5 && std::isnan(at.x); ++tries) {
       at = rig.find(dialog, {button, "button"});
       if (!rig.isAt(at, dialog, {button, "button"})) at = {NAN, NAN};
@@ -133,6 +135,41 @@ TEST_F(Dialogs, AModelStandsAsItIsAskedTo) {
   rig.frames(2);
   EXPECT_EQ(rig.state.selected, rig.bench.snapshot()->document->pieces[1].id);
   EXPECT_EQ(rig.bench.snapshot()->document->active, rig.state.selected);
+}
+
+// Walls are measured while the page is looked at; what is about to be pressed stays where it is. An open sheet of 0.3
+// mm is thinner than one of 256 voxels.
+TEST_F(Dialogs, NothingMovesOnceWallsAreMeasured) {
+  std::ofstream plate(folder / "models" / "plate.obj");
+  for (int i = 0; i < 8; ++i)
+    plate << "v " << (i & 1) * 100 << ' ' << (i >> 1 & 1) * 10 << ' ' << (i >> 2) * 0.3 << '\n';
+  plate << "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 2 4 8 6\nf 4 3 7 8\n";
+  plate.close();
+  const auto now = rig.bench.snapshot();
+  Context context{rig.bench, *now, rig.state, rig.camera, PanelsRig::renderer(), 0, 0, 1280, 720, 1};
+  rig.panels->dropped(context, (folder / "models" / "plate.obj").string());
+  std::vector<float> heights;
+  const auto see = [&] {
+    rig.frame();
+    const float height = ImGui::FindWindowByName("Asked")->Size.y;
+    if (heights.empty() || heights.back() != height) heights.push_back(height);
+  };
+  // Dim until walls are known.
+  const std::initializer_list<const char*> toggle = {"Voxels that keep every wall", "switch"};
+  ImVec2 keep{NAN, NAN};
+  while (std::isnan(keep.x) || !rig.isAt(keep, "Asked", toggle) || GImGui->HoveredIdDisabled) {
+    for (int i = 0; i < 50; ++i) see();
+    keep = rig.find("Asked", toggle);
+  }
+  for (int i = 0; i < 5; ++i) see();
+  EXPECT_EQ(std::ranges::count_if(heights, [&](float each) { return each > 0.5f * heights.back(); }), 1)
+      << "low while the file is read, then as it stays";
+  rig.click(keep);
+  press("Asked", "Import");
+  rig.until([&] { return pieces() == 1; }, "imported");
+  const engine::Piece& piece = rig.bench.snapshot()->document->pieces[0];
+  const auto box = engine::boundsOf(piece);
+  EXPECT_NEAR(piece.version.grid().voxelMm / (box.high - box.low).maxCoeff(), 0.24 / 100, 0.0001);
 }
 
 // Files that are dropped together are asked about one after the other; what is cancelled is left out alone.

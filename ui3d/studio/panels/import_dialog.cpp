@@ -90,8 +90,8 @@ void contentRows(const io::ModelFile& model, const engine::ModelDetails* details
     for (size_t i = 0; i < model.objects.size(); ++i)
       row(model.objects[i], !known ? "…" : details->solid[i] ? "solid" : "open");
     for (const io::ModelObject& negative : model.negatives) row(negative, asPart ? "left out" : "cut away");
-  } else if (known && model.objects.size() == 1 && !details->solid[0]) {
-    kit::fact("Closed", asPart ? "no" : "no: clay closes holes");
+  } else if (model.objects.size() == 1) {
+    kit::fact("Closed", !known ? "…" : details->solid[0] ? "yes" : asPart ? "no" : "no: clay closes holes");
   }
   if (std::any_of(model.objects.begin(), model.objects.end(), painted))
     kit::fact("Colours", asPart ? "one, the mean" : "kept");
@@ -104,16 +104,25 @@ double voxelOf(const AskedModel& asked, const StudioState& state, const engine::
   return state.imports.voxelGiven ? state.imports.voxelMm : placement.sizeMm.maxCoeff() / kVoxelsAlong;
 }
 
-// What voxels of this size lose, and those that lose nothing.
+// What voxels of this size lose, and those that lose nothing. The rows are there before walls are known: the button
+// below them must not move away from the hand that is about to press it.
 void wallRows(AskedModel& asked, double voxel, const engine::Placement& placement) {
-  if (!asked.measuring || !asked.measuring->done() || !(voxel > 0)) return;
-  const double mm = placement.mm * placement.scale, keeping = asked.details->walls.keepingVoxelMm() * mm;
-  const double share = 100 * asked.details->walls.shareThinner(voxel / mm);
+  if (!(voxel > 0)) return;
+  const bool known = asked.measuring && asked.measuring->done();
+  const double mm = placement.mm * placement.scale;
+  const double keeping = known ? asked.details->walls.keepingVoxelMm() * mm : 0;
+  const double share = known ? 100 * asked.details->walls.shareThinner(voxel / mm) : 0;
   const bool loses = share > kWorthSaying;
-  if (loses) kit::fact("Walls thinner than a voxel", fmt::format("{:.2g} % of the surface", share), colours().warning);
-  if ((loses || asked.keepsWalls) && keeping > 0)
-    kit::toggle("Voxels that keep every wall", asked.keepsWalls,
-                "As fine as the thinnest wall: " + kit::written(keeping) + " mm.");
+  kit::fact("Walls thinner than a voxel",
+            !known                             ? "…"
+            : loses                            ? fmt::format("{:.2g} % of the surface", share)
+            : asked.details->walls.points == 0 ? "not looked for"
+                                               : "none",
+            loses ? colours().warning : 0);
+  ImGui::BeginDisabled(!(loses || asked.keepsWalls) || !(keeping > 0));
+  kit::toggle("Voxels that keep every wall", asked.keepsWalls,
+              "As fine as the thinnest wall" + (keeping > 0 ? ": " + kit::written(keeping) + " mm." : "."));
+  ImGui::EndDisabled();
 }
 
 // The size as it will be, and what decides it.
