@@ -10,7 +10,7 @@
 #include "clay/base/error.h"
 #include "haptics/contact/coupling.h"
 #include "haptics/devices/sheets.h"
-#include "realtime_trap.h"
+#include "tests/unit/haptics/realtime_trap.h"
 
 namespace argil::haptics {
 namespace {
