@@ -157,10 +157,12 @@ TEST_F(Dialogs, NothingMovesOnceWallsAreMeasured) {
   // Dim until walls are known.
   const std::initializer_list<const char*> toggle = {"Voxels that keep every wall", "switch"};
   ImVec2 keep{NAN, NAN};
-  while (std::isnan(keep.x) || !rig.isAt(keep, "Asked", toggle) || GImGui->HoveredIdDisabled) {
+  const auto known = [&] {
     for (int i = 0; i < 50; ++i) see();
     keep = rig.find("Asked", toggle);
-  }
+    return rig.isAt(keep, "Asked", toggle) && !GImGui->HoveredIdDisabled;
+  };
+  rig.until(known, "the walls");
   for (int i = 0; i < 5; ++i) see();
   EXPECT_EQ(std::ranges::count_if(heights, [&](float each) { return each > 0.5f * heights.back(); }), 1)
       << "low while the file is read, then as it stays";
