@@ -34,6 +34,7 @@ constexpr float kFlat = 0.1f;
 void WallLimit::gather(const Editor& clay, const Vec3d& centre, double radius) {
   places_.clear();
   gathered_ = centre;
+  gatheredRadius_ = radius;
   const double reach = radius + wall_ + kMargin + kAhead;
   Sampler field(clay);
   const auto brickOf = [](double v) { return static_cast<int32_t>(std::floor(v / kBrickEdge)); };
@@ -70,6 +71,12 @@ void WallLimit::gather(const Editor& clay, const Vec3d& centre, double radius) {
         }
       }
     }
+}
+
+// Anew once the ball, as it is now, may meet what was not gathered.
+void WallLimit::gatherAhead(const Editor& clay, const Vec3d& ball, double radius) {
+  if ((ball - gathered_).norm() + std::abs(radius - gatheredRadius_) > kMargin - kStep - kFarthestPush)
+    gather(clay, ball, radius);
 }
 
 bool WallLimit::isFar(Sampler& clay, const Vec3d& place, const Vec3d& ball, double radius) const {
@@ -136,10 +143,25 @@ std::optional<Vec3d> WallLimit::outsideOf(Sampler& clay, const Vec3d& place, dou
   return std::nullopt;
 }
 
+// A tip that is pressed harder: its ball is pushed off the walls around it as it grows, and as large as it was where
+// it has no room.
+void WallLimit::grow(const Editor& clay, Follower& follower, double radius, std::vector<Vec3d>& way) {
+  Sampler field(clay);
+  while (follower.radius < radius) {
+    const double grown = std::min(radius, follower.radius + kStep);
+    gatherAhead(clay, follower.ball, grown);
+    const std::optional<Vec3d> ball = freed(field, follower.ball, grown);
+    if (!ball) return;
+    if (*ball != follower.ball) way.push_back(*ball);
+    follower.ball = *ball;
+    follower.radius = grown;
+  }
+}
+
 Vec3d WallLimit::follow(const Editor& clay, Vec3d ball, const Vec3d& target, double radius, std::vector<Vec3d>* way) {
   Sampler field(clay);
   const auto tried = [&](const Vec3d& next) {
-    if ((next - gathered_).norm() > kMargin - kStep - kFarthestPush) gather(clay, next, radius);
+    gatherAhead(clay, next, radius);
     return freed(field, next, radius);
   };
   while (ball != target) {
@@ -182,22 +204,27 @@ std::vector<Stamp> WallLimit::allowed(const Editor& clay, const Stamp& stamp, si
     hindered_ = false;
     follower = Follower{follow(clay, *ball, stamp.a, radius, nullptr), stamp.a, radius};
   } else {
-    gather(clay, follower->ball, radius);
+    gather(clay, follower->ball, follower->radius);
   }
   std::vector<Vec3d> way{follower->ball};
-  follower->ball = follow(clay, follower->ball, stamp.b, radius, &way);
+  if (follower->ball != stamp.a) hindered_ = true;  // it comes from elsewhere, wherever it gets to
+  follower->radius = std::min(follower->radius, radius);
+  const double before = follower->radius;
+  grow(clay, *follower, radius, way);
+  const bool grew = follower->radius > before;
+  follower->ball = follow(clay, follower->ball, stamp.b, follower->radius, &way);
   follower->target = stamp.b;
-  follower->radius = radius;
   if (!hindered_) return {stamp};
 
+  const double start = std::min(stamp.radius, before / around_),
+               end = std::min(stamp.radiusAtEnd(), follower->radius / around_);
   std::vector<Stamp> stamps;
   const auto add = [&](size_t from, size_t to) {
     Stamp part = stamp;
     part.a = way[from];
     part.b = way[to];
     const auto at = [&](size_t i) {
-      return stamp.radius +
-             (stamp.radiusAtEnd() - stamp.radius) * double(i) / double(std::max<size_t>(1, way.size() - 1));
+      return start + (end - start) * double(i) / double(std::max<size_t>(1, way.size() - 1));
     };
     part.radius = at(from);
     part.endRadius = at(to);
@@ -205,9 +232,9 @@ std::vector<Stamp> WallLimit::allowed(const Editor& clay, const Stamp& stamp, si
   };
   for (size_t from = 0; from + 1 < way.size();) {
     size_t to = from + 1;
-    const auto straight = [&](size_t end) {
-      const Vec3d chord = way[end] - way[from];
-      for (size_t i = from + 1; i < end; ++i)
+    const auto straight = [&](size_t last) {
+      const Vec3d chord = way[last] - way[from];
+      for (size_t i = from + 1; i < last; ++i)
         if ((way[i] - way[from]).cross(chord).norm() > kStraight * chord.norm()) return false;
       return true;
     };
@@ -215,7 +242,12 @@ std::vector<Stamp> WallLimit::allowed(const Editor& clay, const Stamp& stamp, si
     add(from, to);
     from = to;
   }
-  if (stamps.empty() && anew) add(0, 0);
+  if (stamps.empty() && (anew || grew)) {
+    Stamp dab = stamp;
+    dab.a = dab.b = way[0];
+    dab.radius = dab.endRadius = std::max(start, end);
+    stamps.push_back(dab);
+  }
   return stamps;
 }
 

@@ -36,15 +36,18 @@ class WallLimit {
     double radius;  // of the ball
   };
   void gather(const Editor& clay, const Vec3d& centre, double radius);
+  void gatherAhead(const Editor& clay, const Vec3d& ball, double radius);
   [[nodiscard]] bool isFar(Sampler& clay, const Vec3d& place, const Vec3d& ball, double radius) const;
   [[nodiscard]] std::optional<Vec3d> freed(Sampler& clay, Vec3d ball, double radius);
   [[nodiscard]] std::optional<Vec3d> outsideOf(Sampler& clay, const Vec3d& place, double radius) const;
+  void grow(const Editor& clay, Follower& follower, double radius, std::vector<Vec3d>& way);
   Vec3d follow(const Editor& clay, Vec3d ball, const Vec3d& target, double radius, std::vector<Vec3d>* way);
 
   double wall_, around_;
   std::vector<std::optional<Follower>> followers_;
   std::vector<Vec3d> places_;  // where the surface crosses edges of voxels, around gathered_
   Vec3d gathered_ = Vec3d::Zero();
+  double gatheredRadius_ = 0;
   Vec3d barrier_ = Vec3d::Zero();  // where to the wall lies that was in the way last
   bool hindered_ = false;          // the ball of this application went another way than its stamp
   std::vector<std::pair<double, uint32_t>> near_;
