@@ -316,7 +316,7 @@ RepairedMesh repairMesh(const TriangleMesh& given) {
   MeshFindings& findings = result.findings;
   TriangleMesh& mesh = result.mesh;
   findings.triangles = given.triangles.size();
-  mesh = weldExact(given);
+  mesh = weldOpenEdges(given);
   std::erase_if(mesh.triangles, [&](const Triangle& t) {
     const Vec3d u = mesh.positions[t[1]] - mesh.positions[t[0]], v = mesh.positions[t[2]] - mesh.positions[t[0]];
     if (u.cross(v).squaredNorm() == 0) ++findings.degenerate;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <numeric>
 
 #include "clay/base/error.h"
 
@@ -98,6 +99,62 @@ TriangleMesh weldExact(const TriangleMesh& mesh) {
     welder.add(corners, result.triangles.emplace_back());
   }
   result.positions = welder.take();
+  return result;
+}
+
+TriangleMesh weldOpenEdges(const TriangleMesh& mesh) {
+  // The higher ends of edges, by the lower one. Counts are kept two places up, so that filling the list moves each
+  // start to its final place.
+  std::vector<uint32_t> first(mesh.positions.size() + 2), higher;
+  const auto forEachEdge = [&](const auto& use) {
+    for (const auto& [a, b, c] : mesh.triangles) {
+      if (a == b || b == c || c == a) continue;
+      use(std::min(a, b), std::max(a, b));
+      use(std::min(b, c), std::max(b, c));
+      use(std::min(c, a), std::max(c, a));
+    }
+  };
+  size_t edges = 0;
+  forEachEdge([&](uint32_t low, uint32_t) { ++first[size_t(low) + 2], ++edges; });
+  if (edges > UINT32_MAX)
+    throw Error("a mesh of more than 1 431 655 765 triangles cannot be held: reduce or split it", Error::Kind::work);
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  higher.resize(edges);
+  forEachEdge([&](uint32_t low, uint32_t high) { higher[first[size_t(low) + 1]++] = high; });
+
+  std::vector<bool> open(mesh.positions.size());
+  for (size_t v = 0; v < mesh.positions.size(); ++v) {
+    const auto begin = higher.begin() + first[v], end = higher.begin() + first[v + 1];
+    std::sort(begin, end);
+    for (auto at = begin; at != end;) {
+      const auto next = std::find_if(at, end, [&](uint32_t other) { return other != *at; });
+      if (next - at == 1) open[v] = open[*at] = true;
+      at = next;
+    }
+  }
+
+  VertexWelder welder;
+  TriangleMesh result;
+  std::vector<uint32_t> index(mesh.positions.size(), UINT32_MAX), welded;
+  result.triangles.reserve(mesh.triangles.size());
+  for (const auto& triangle : mesh.triangles) {
+    std::array<uint32_t, 3>& corners = result.triangles.emplace_back();
+    for (size_t c = 0; c < 3; ++c) {
+      const uint32_t v = triangle[c];
+      if (index[v] == UINT32_MAX) {
+        const Vec3d& position = mesh.positions[v];
+        const uint32_t of = open[v] ? welder.add(position) : UINT32_MAX;
+        if (of < welded.size()) {
+          index[v] = welded[of];
+        } else {
+          index[v] = uint32_t(result.positions.size());
+          result.positions.push_back(position);
+          if (open[v]) welded.push_back(index[v]);
+        }
+      }
+      corners[c] = index[v];
+    }
+  }
   return result;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// Vertices of equal coordinates become one: for formats that repeat a vertex in each of its triangles.
+// Vertices of equal coordinates become one: for formats that repeat a vertex in its triangles.
 
 #include <cstdint>
 #include <span>
@@ -36,5 +36,10 @@ class VertexWelder {
 /// The same triangles, in the same order, over positions without duplicates. Positions that no triangle uses go.
 /// Triangles that lose a corner by it stay, so that the count is the file's; checkTopology counts them as degenerate.
 [[nodiscard]] TriangleMesh weldExact(const TriangleMesh& mesh);
+
+/// The same, but of vertices of open edges alone, those in one triangle. Bodies that their indices close stay what they
+/// are where they touch themselves or each other, as the halves of a cut do. Memory while it works: 12 bytes a triangle
+/// and 13 a vertex.
+[[nodiscard]] TriangleMesh weldOpenEdges(const TriangleMesh& mesh);
 
 }  // namespace argil::clay

@@ -148,8 +148,8 @@ ModelDetails detailsOf(const ModelLook& look, Job* job) {
   size_t triangles = 0;
   for (const io::ModelObject& object : look.model->objects) {
     if (job) job->step(kKinds * double(details.solid.size()) / double(look.model->objects.size()));
-    // As it becomes clay: vertices at one place are one.
-    details.solid.push_back(clay::checkTopology(clay::weldExact(object.mesh)).solid());
+    // As it becomes clay: vertices of open edges are one at one place.
+    details.solid.push_back(clay::checkTopology(clay::weldOpenEdges(object.mesh)).solid());
     triangles += object.mesh.triangles.size();
   }
   if (triangles > kMostWallTriangles) return details;
@@ -188,8 +188,7 @@ Placement placementOf(const ModelLook& look, const ImportPlace& wish) {
 }
 
 bool turnOutwards(clay::TriangleMesh& mesh) {
-  clay::TopologyReport found = clay::checkTopology(mesh);
-  if (found.boundaryEdges > 0) found = clay::checkTopology(clay::weldExact(mesh));
+  const clay::TopologyReport found = clay::checkTopology(clay::weldOpenEdges(mesh));
   if (!found.solid() || !(found.volume < 0)) return false;
   for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
   return true;

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "clay/base/error.h"
+#include "clay/mesh/mesh_topology.h"
 #include "clay/whole/change_precision.h"
 #include "engine/models/cad_export.h"
 #include "engine/models/export_presets.h"
@@ -130,6 +131,10 @@ void convertMesh(const ConvertOptions& options) {
   io::WriteOptions write;
   write.tolerance = 1e-3;
   write.weld = true;
+  // Vertices that close a body are all meant, wherever they lie.
+  write.distinct = std::all_of(model.objects.begin(), model.objects.end(), [](const io::ModelObject& each) {
+    return clay::checkTopology(each.mesh).boundaryEdges == 0;
+  });
   write.draco = how.draco;
   const io::WriteReport report = io::writeModel(options.output, {model.objects, model.metadata}, write, options.job);
   if (report.deviation > 0) fmt::print("Packing moved the surface by at most {:.2g} mm.\n", report.deviation);

@@ -162,11 +162,11 @@ void inspect(const InspectOptions& options) {
   if (print && (!options.voxelMm || options.cost))
     throw Error("--print looks at clay: give the model's --voxel too, and leave out --cost");
   io::MeshFile file = readMeshIn(options.input, options.place, options.job);
-  // As it becomes clay: vertices at one place are one.
+  // As it becomes clay: vertices of open edges are one at one place.
   const clay::TopologyReport asGiven = clay::checkTopology(file.mesh),
-                             mesh = clay::checkTopology(clay::weldExact(file.mesh));
+                             mesh = clay::checkTopology(clay::weldOpenEdges(file.mesh));
   if (mesh.vertices < asGiven.vertices)
-    file.notes.push_back(fmt::format("{} vertices lie where others do and are taken as one with them",
+    file.notes.push_back(fmt::format("{} vertices of open edges lie where others do and are taken as one with them",
                                      asGiven.vertices - mesh.vertices));
   if (mesh.solid() && mesh.volume < 0) file.notes.emplace_back("it is inside out: clay and exports turn it around");
   const clay::WallThickness walls = file.mesh.triangles.size() > engine::kMostWallTriangles

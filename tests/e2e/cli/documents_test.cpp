@@ -4,6 +4,8 @@
 #include "tests/e2e/support/command.h"
 
 #include <algorithm>
+#include <array>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "clay/mesh/mesh_topology.h"
@@ -260,6 +262,29 @@ TEST(ConvertedMeshes, LooseTrianglesOfAPlyAreOneBodyOfA3mf) {
   const io::ModelFile read = io::readModel(scratch / "whole.3mf");
   EXPECT_EQ(read.objects.at(0).mesh.positions.size(), 4u);
   EXPECT_TRUE(clay::checkTopology(read.objects.at(0).mesh).closed());
+}
+
+// Two boxes that share a face, as the halves of a cut do: each is closed, and stays so in every format.
+TEST(ConvertedMeshes, BodiesThatTouchStayApart) {
+  const Scratch scratch;
+  std::ofstream obj(scratch / "halves.obj");
+  for (int half = 0; half < 2; ++half) {
+    obj << "o half" << half << "\n";
+    for (int i = 0; i < 8; ++i)
+      obj << "v " << 9 * (half + (i & 1)) << ' ' << 7 * (i >> 1 & 1) << ' ' << (i >> 2) << '\n';
+    for (const auto& [a, b, c, d] : std::vector<std::array<int, 4>>{
+             {1, 3, 4, 2}, {5, 6, 8, 7}, {1, 2, 6, 5}, {3, 7, 8, 4}, {1, 5, 7, 3}, {2, 4, 8, 6}})
+      obj << "f " << a + 8 * half << ' ' << b + 8 * half << ' ' << c + 8 * half << ' ' << d + 8 * half << '\n';
+  }
+  obj.close();
+  for (const char* ending : {"obj", "3mf", "ply", "glb", "stl"}) {
+    const fs::path out = scratch / (std::string("out.") + ending);
+    ASSERT_EQ(argil({"convert", (scratch / "halves.obj").string(), out.string()}).code, 0);
+    const Outcome seen = argil({"inspect", out.string()});
+    EXPECT_NE(seen.out.find("closed      yes: a 2-manifold\n"), std::string::npos) << ending << ": " << seen.out;
+    EXPECT_NE(seen.out.find("24 on 16 vertices, 2 bodies"), std::string::npos) << ending << ": " << seen.out;
+    EXPECT_EQ(seen.out.find("note"), std::string::npos) << ending << ": " << seen.out;
+  }
 }
 
 }  // namespace
