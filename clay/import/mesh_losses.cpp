@@ -10,6 +10,8 @@
 #include "clay/field/region_work.h"
 #include "clay/mesh/nearest_triangle.h"
 #include "clay/store/sampler.h"
+#include "clay/surface/surface.h"
+#include "clay/surface/surface_topology.h"
 
 namespace argil::clay {
 
@@ -18,8 +20,11 @@ namespace {
 constexpr double kFragment = 0.5;     // of its body of the mesh: what is less is a part of it
 constexpr double kMostSpecks = 0.05;  // of the volume: more is what there is of a mesh of thin walls
 constexpr float kNoClay = 0.75f;      // voxels from the clay where none is near
-constexpr double kSampleArea = 4;     // voxels² for which one point is looked at
-constexpr int kMostSamples = 256;     // of one triangle
+constexpr double kThin = 4;        // voxels that walls are thick in the mean: of thinner ones the surface is looked at
+constexpr double kShown = 0.8;     // of the volume by distances: a surface around less is what counts,
+constexpr double kGone = 0.5;      // and around less than this it is none
+constexpr double kSampleArea = 4;  // voxels² for which one point is looked at
+constexpr int kMostSamples = 256;  // of one triangle
 
 // Volume in voxels³ of the body of the mesh that each triangle belongs to.
 class BodiesOfMesh {
@@ -77,19 +82,35 @@ MeshLosses takeSpecks(Version& version, const RepairedMesh& repaired, const Work
   if (repaired.findings.sound() && repaired.findings.bodies == 1) found.meshMm3 = bodies.sum() * edge * edge * edge;
 
   Sampler clay(version);
-  double lost = 0;
-  Vec3d sum = Vec3d::Zero();
+  double lost = 0, all = 0;
+  Vec3d sum = Vec3d::Zero(), allSum = Vec3d::Zero();
   for (size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (t % 65536 == 0) part.step(0.8 + 0.2 * double(t) / double(mesh.triangles.size()));
     const auto& [i, j, k] = mesh.triangles[t];
     const Vec3d &a = mesh.positions[i], &b = mesh.positions[j], &c = mesh.positions[k];
     const double area = (b - a).cross(c - a).norm() / 2;
+    all += area;
+    allSum += area / 3 * (a + b + c);
     const int samples = std::clamp(int(area / kSampleArea), 1, kMostSamples);
     for (int s = 0; s < samples; ++s) {
       const Vec3d p = evenPoint(a, b, c, s);
       if (!(clay.trilinear(p) > kNoClay)) continue;
       lost += area / samples;
       sum += p * (area / samples);
+    }
+  }
+  // A wall of hardly a voxel may leave layers of distances that are about zero: clay of no thickness, near all of it.
+  const double meshVoxels = found.meshMm3 / (edge * edge * edge);
+  if (meshVoxels > 0 && 2 * meshVoxels < kThin * all) {
+    Surface surface(false);
+    surface.update(version);
+    const double shown = std::max(0.0, surfaceTopology(surface).volume);
+    if (shown < kShown * found.clayMm3) {
+      found.clayMm3 = shown;
+      if (const double gone = all * (1 - shown / found.meshMm3); shown < kGone * found.meshMm3 && gone > lost) {
+        lost = gone;
+        sum = allSum * (gone / all);
+      }
     }
   }
   part.step(1);

@@ -23,9 +23,10 @@ namespace argil::cli {
 
 namespace {
 
-constexpr double kWorthSaying = 1e-3;  // of the surface
-constexpr double kUneven = 0.1;        // voxels that a wall which stands upright may be uneven by,
-constexpr double kUnevenMesh = 1e-5;   // and of a mesh's size, as it has no voxels
+constexpr clay::Grade kGrade = clay::Grade::fine;  // as files have it
+constexpr double kWorthSaying = 1e-3;              // of the surface
+constexpr double kUneven = 0.1;                    // voxels that a wall which stands upright may be uneven by,
+constexpr double kUnevenMesh = 1e-5;               // and of a mesh's size, as it has no voxels
 
 // What a version pays for beside its distances.
 std::string channelsOf(const clay::Version& version) {
@@ -101,7 +102,7 @@ void inspectClay(const InspectOptions& options) {
   }
   std::vector<clay::Surface> held;
   for (const engine::Piece& piece : document.pieces) {
-    clay::Surface surface(options.cost);
+    clay::Surface surface(options.cost, kGrade);
     surface.update(piece.version, 2);
     const clay::TopologyReport skin = clay::surfaceTopology(surface);
     const clay::VersionStats stats = piece.version.stats();
@@ -200,7 +201,7 @@ void inspect(const InspectOptions& options) {
     if (const std::string moved = engine::movedWords(engine::bringNear(meshes)); !moved.empty() && !options.json)
       fmt::print("{}\n", moved);
     const clay::Imported imported = meshAsClay(options.input, file.mesh, options.voxelMm, options.job, !options.json);
-    clay::Surface surface;
+    clay::Surface surface(false, kGrade);
     surface.update(imported.version, 2);
     const clay::TopologyReport skin = clay::surfaceTopology(surface);
     const clay::VersionStats stats = imported.version.stats();

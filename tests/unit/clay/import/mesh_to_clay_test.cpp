@@ -480,6 +480,27 @@ TEST(MeshToClay, TellsWhatThinWallsLose) {
   EXPECT_NEAR(kept.report.losses.clayMm3 / kept.report.losses.meshMm3, 1, 0.005);
 }
 
+// A plate of less than a voxel that lies on a layer of them: distances of about zero on that layer, and no clay. The
+// volume by distances is right even so.
+TEST(MeshToClay, APlateOfDistancesAboutZeroIsLost) {
+  for (const double thick : {0.6, 0.75, 0.9, 1.5, 3.0}) {
+    SCOPED_TRACE(thick);
+    const Imported made = meshToClay(Store::make(), box({20.2, 20.3, 20}, {60.3, 60.1, 20 + thick}), unitVoxels());
+    const MeshLosses& losses = made.report.losses;
+    std::string said;
+    for (const std::string& sentence : made.report.sentences()) said += sentence + " ";
+    if (thick < 1) {
+      EXPECT_NEAR(losses.clayMm3, 0, 1) << said;
+      EXPECT_NEAR(losses.lostMm2, 2 * 40 * 40, 250);
+      EXPECT_LT((losses.lostAtMm - Vec3d(40, 40, 20)).norm(), 1.5);
+      EXPECT_THAT(said, HasSubstr("mm thin are lost at a voxel of 1 mm: 100.0 % of the volume"));
+    } else {
+      EXPECT_NEAR(losses.clayMm3 / losses.meshMm3, 1, 0.05) << said;
+      EXPECT_EQ(losses.lostMm2, 0);
+    }
+  }
+}
+
 TEST(MeshToClay, TakesEveryTestMeshOrSaysWhyNot) {
   SKIP_WITHOUT_DATA();
   for (const char* name :
