@@ -140,6 +140,11 @@ ChannelBlock carried(const DistanceBox& box, ChannelSource& old, Coord low, std:
 Version rebuild(const Version& source, std::span<const Coord> regions, DistanceBox::Reach reach, int threads,
                 const WorkPart& part, float shift) {
   const float band = source.grid().band;
+  // What is farther off than looked is outside of the band, and not a last digit within it: all of space would be.
+  for (; reach.outside - shift < band; reach.outside = std::nextafter(reach.outside, HUGE_VALF)) {
+  }
+  for (; reach.inside + shift < band; reach.inside = std::nextafter(reach.inside, HUGE_VALF)) {
+  }
   const bool channels = ChannelSource::any(source);
   reach.feet = channels;
   Editor editor(Version::empty(Store::make(source.store()->precision()), source.grid()));

@@ -30,8 +30,8 @@ void copyTiles(const Version& version, Editor& target);
 void copyAll(const Version& version, Editor& target, const WorkPart& part);
 
 /// A version of the same grid in a store of its own: each voxel of `regions` has the distance of a box that was filled
-/// there with `reach`, less `shift`; elsewhere there are the tiles of `source`. Channels come along from the nearest
-/// place of the old surface. The result depends on neither threads nor order.
+/// there with `reach`, less `shift`; elsewhere there are the tiles of `source`. The reach covers the shifted band.
+/// Channels come along from the nearest place of the old surface. The result depends on neither threads nor order.
 [[nodiscard]] Version rebuild(const Version& source, std::span<const Coord> regions, DistanceBox::Reach reach,
                               int threads, const WorkPart& part, float shift);
 

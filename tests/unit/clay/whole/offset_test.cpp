@@ -71,6 +71,21 @@ TEST(Offset, ThereAndBackOnASmoothShape) {
   EXPECT_LT(error.surfaceMax, 0.1);
 }
 
+// What is farther off than an offset looks is band off, and not a last digit less, as (3 + 99 / 7) - 99 / 7 is in
+// floats: then all space around would be within the band (a painted ball of 29 voxels moved by 99 took minutes).
+TEST(Offset, FarAwayIsOutsideOfTheBand) {
+  const Version sphere = makeSphere(Store::make(), gridOf(0.5), Vec3d::Zero(), 15);
+  for (const double voxels : {99.0 / 7, 14.7, 11.3, 9.7, 6.1, -99.0 / 7, -14.7, -11.3, -9.7, -6.1}) {
+    const Version moved = offset(sphere, 0.5 * voxels, 2);
+    int almost = 0;
+    BrickValues room;
+    moved.forEachBrick([&](const Brick& brick) {
+      for (const float phi : brick.values(room)) almost += std::abs(phi) < 3 && std::abs(phi) > 3 - 2e-6f;
+    });
+    EXPECT_LT(almost, 4) << voxels;
+  }
+}
+
 TEST(Offset, SameBitsOnAnyThreads) {
   const Version block = makeBlock(Store::make(), gridOf(0.5), Vec3d::Zero(), Vec3d(30, 24, 20), 0);
   EXPECT_EQ(offset(block, 2.3, 1).hash(), offset(block, 2.3, 3).hash());
