@@ -102,7 +102,7 @@ MeshLosses takeSpecks(Version& version, const RepairedMesh& repaired, const Work
   // A wall of hardly a voxel may leave layers of distances that are about zero: clay of no thickness, near all of it.
   const double meshVoxels = found.meshMm3 / (edge * edge * edge);
   if (meshVoxels > 0 && 2 * meshVoxels < kThin * all) {
-    Surface surface(false);
+    Surface surface(false, Grade::fine);
     surface.update(version);
     const double shown = std::max(0.0, surfaceTopology(surface).volume);
     if (shown < kShown * found.clayMm3) {

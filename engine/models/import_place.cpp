@@ -188,7 +188,8 @@ Placement placementOf(const ModelLook& look, const ImportPlace& wish) {
 }
 
 bool turnOutwards(clay::TriangleMesh& mesh) {
-  const clay::TopologyReport found = clay::checkTopology(clay::weldOpenEdges(mesh));
+  clay::TopologyReport found = clay::checkTopology(mesh);
+  if (found.boundaryEdges > 0) found = clay::checkTopology(clay::weldOpenEdges(mesh));
   if (!found.solid() || !(found.volume < 0)) return false;
   for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
   return true;

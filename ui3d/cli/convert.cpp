@@ -132,9 +132,9 @@ void convertMesh(const ConvertOptions& options) {
   write.tolerance = 1e-3;
   write.weld = true;
   // Vertices that close a body are all meant, wherever they lie.
-  write.distinct = std::all_of(model.objects.begin(), model.objects.end(), [](const io::ModelObject& each) {
-    return clay::checkTopology(each.mesh).boundaryEdges == 0;
-  });
+  const auto closes = [](const io::ModelObject& each) { return clay::checkTopology(each.mesh).boundaryEdges == 0; };
+  write.distinct =
+      io::endingOf(options.output) == ".stl" && std::all_of(model.objects.begin(), model.objects.end(), closes);
   write.draco = how.draco;
   const io::WriteReport report = io::writeModel(options.output, {model.objects, model.metadata}, write, options.job);
   if (report.deviation > 0) fmt::print("Packing moved the surface by at most {:.2g} mm.\n", report.deviation);
