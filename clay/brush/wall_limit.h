@@ -16,7 +16,8 @@ namespace argil::clay {
 /// `wall` voxels is left: like a ball on a string that rolls on a sheet at that depth. Far is a place of the surface
 /// that leads away from the ball (its normal within 25° of the way there), with clay before it, when what bounds that
 /// clay towards the ball faces the other way: so edges, corners and wedges are no walls. Walls that are thinner already
-/// are not touched. One thread. Method: NOTES.md, "A limit for walls".
+/// are not touched. A tip that grows is pushed off them too, and stays as large as it was without room. One thread.
+/// Method: NOTES.md, "A limit for walls".
 class WallLimit {
  public:
   /// `wall` in voxels, above 0; `around`: radii of the ball around the tip, of the stamp's.

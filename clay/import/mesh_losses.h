@@ -15,8 +15,9 @@ struct MeshLosses {
   uint64_t bodies = 0;  ///< Of the clay, without them.
   uint64_t cavities = 0;
   double meshMm3 = 0;  ///< Of a sound mesh of one body; else 0: bodies may overlap.
-  double clayMm3 = 0;
-  double lostMm2 = 0;              ///< Area of the mesh with no clay near: both sides of walls thinner than a voxel.
+  double clayMm3 = 0;  ///< By distances; by the surface where that has much less, as thin walls may.
+  /// Area of the mesh with no clay near, or with clay of no thickness: both sides of walls thinner than a voxel.
+  double lostMm2 = 0;
   Vec3d lostAtMm = Vec3d::Zero();  ///< The middle of it.
 };
 

@@ -38,8 +38,9 @@ class VertexWelder {
 [[nodiscard]] TriangleMesh weldExact(const TriangleMesh& mesh);
 
 /// The same, but of vertices of open edges alone, those in one triangle. Bodies that their indices close stay what they
-/// are where they touch themselves or each other, as the halves of a cut do. Memory while it works: 12 bytes a triangle
-/// and 13 a vertex.
+/// are where they touch themselves or each other, as the halves of a cut do. Memory while it works, beside what
+/// those vertices take in a VertexWelder: 12 bytes a triangle and 13 a vertex. O(triangles). Throws Error beyond
+/// 1 431 655 765 triangles.
 [[nodiscard]] TriangleMesh weldOpenEdges(const TriangleMesh& mesh);
 
 }  // namespace argil::clay
