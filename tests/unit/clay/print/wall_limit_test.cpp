@@ -159,9 +159,13 @@ TEST(WallLimit, HoldsWhenTheTipGrows) {
           for (int i = 0; i < steps; ++i, last += way / steps) stroke.apply(stampOf(last, last + way / steps, size));
         };
         go({0.3, 0.2, deep}, 2);
+        const Version before = stroke.publish();
         stroke.apply(grown(stampOf(last, last + Vec3d(aside, 0, 0), 2), radius));
         last.x() += aside;
         const Version pressed = stroke.publish();
+        if (aside > 0) {
+          EXPECT_NE(pressed.hash(), before.hash()) << "it grows as far as it can, and cuts";
+        }
         EXPECT_GE(thickAlong(pressed, {0.3, 0.2, -40}, Vec3d::UnitZ(), 80), 5.9);
         EXPECT_GE(leastWall(pressed, 8), 5.9);
         go({10, 0, deep}, radius);
