@@ -10,6 +10,7 @@
 #include <IGESCAFControl_Reader.hxx>
 #include <Message.hxx>
 #include <Message_Messenger.hxx>
+#include <NCollection_DataMap.hxx>
 #include <Poly_Triangulation.hxx>
 #include <Quantity_Color.hxx>
 #include <STEPCAFControl_Reader.hxx>
@@ -19,8 +20,10 @@
 #include <TDataStd_Name.hxx>
 #include <TDocStd_Document.hxx>
 #include <TopExp_Explorer.hxx>
+#include <TopTools_ShapeMapHasher.hxx>
 #include <TopoDS.hxx>
 #include <TopoDS_Face.hxx>
+#include <TopoDS_Iterator.hxx>
 #include <TopoDS_Shape.hxx>
 #include <XCAFApp_Application.hxx>
 #include <XCAFDoc_ColorTool.hxx>
@@ -47,6 +50,7 @@ constexpr double kDeflection = 2e-4;  // of the model's diagonal: how far triang
 constexpr double kAngle = 0.06;       // radians between two triangles of a curve: a cylinder loses 0.06 % of its volume
 constexpr double kSewing = 1e-3;      // of the diagonal: loose faces whose edges are that near become one shell
 constexpr int kMostDepth = 64;        // of assemblies
+constexpr Bytes4 kWhite{255, 255, 255, 255};
 
 Bytes4 bytesOf(const Quantity_Color& colour) {
   return {srgbByte(colour.Red()), srgbByte(colour.Green()), srgbByte(colour.Blue()), 255};
@@ -125,8 +129,13 @@ class Model {
     TDF_LabelSequence free;
     shapes_->GetFreeShapes(free);
     Bnd_Box box;
-    for (int i = 1; i <= free.Length(); ++i) BRepBndLib::Add(XCAFDoc_ShapeTool::GetShape(free(i)), box);
-    if (box.IsVoid()) throw Error("holds no faces; check what was exported");
+    bool faces = false;
+    for (int i = 1; i <= free.Length(); ++i) {
+      const TopoDS_Shape shape = XCAFDoc_ShapeTool::GetShape(free(i));
+      BRepBndLib::Add(shape, box);
+      faces = faces || TopExp_Explorer(shape, TopAbs_FACE).More();
+    }
+    if (!faces || box.IsVoid()) throw Error("holds no faces; check what was exported");
     diagonal_ = std::sqrt(box.SquareExtent());
     if (!(std::isfinite(diagonal_) && diagonal_ > 0)) throw Error("has faces without a size; export it again");
     for (int i = 1; i <= free.Length(); ++i) visit(free(i), TopLoc_Location(), nameOf(free(i)), std::nullopt, 0);
@@ -137,23 +146,69 @@ class Model {
   }
 
  private:
+  using Colours = NCollection_DataMap<TopoDS_Shape, Bytes4, TopTools_ShapeMapHasher>;
   struct Part {
-    TopoDS_Shape shape;
+    TopoDS_Shape shape;  // not in its place yet
+    TopLoc_Location place;
     std::string name;
     std::optional<Bytes4> colour;
+    Colours inner;  // of what is within the shape: solids, shells, faces
   };
+  struct Face {
+    TopoDS_Face face;
+    uint32_t solid;  // from 1; 0: in none
+    std::optional<Bytes4> colour;
+  };
+
+  // The label's own colour: of surfaces before the general one.
+  std::optional<Bytes4> colourOf(const TDF_Label& label) const {
+    Quantity_Color colour;
+    for (const XCAFDoc_ColorType type : {XCAFDoc_ColorSurf, XCAFDoc_ColorGen})
+      if (colours_->GetColor(label, type, colour)) return bytesOf(colour);
+    return std::nullopt;
+  }
+
+  // All faces, in order. A colour of a face goes before one of its shell, and that before one of its solid.
+  static std::vector<Face> facesOf(const Part& part) {
+    struct Open {
+      TopoDS_Shape shape;
+      uint32_t solid;
+      std::optional<Bytes4> colour;
+    };
+    std::vector<Face> faces;
+    std::vector<Open> open{{part.shape, 0, std::nullopt}};
+    uint32_t solids = 0;
+    while (!open.empty()) {
+      Open at = std::move(open.back());
+      open.pop_back();
+      if (const Bytes4* own = part.inner.Seek(at.shape)) at.colour = *own;
+      if (at.shape.ShapeType() == TopAbs_FACE) {
+        faces.push_back({TopoDS::Face(at.shape), at.solid, at.colour});
+        continue;
+      }
+      if (at.shape.ShapeType() == TopAbs_SOLID) at.solid = ++solids;
+      if (at.shape.ShapeType() > TopAbs_FACE) continue;  // edges, vertices
+      const auto first = std::ptrdiff_t(open.size());
+      for (TopoDS_Iterator child(at.shape); child.More(); child.Next())
+        open.push_back({child.Value(), at.solid, at.colour});
+      std::reverse(open.begin() + first, open.end());
+    }
+    return faces;
+  }
 
   void visit(const TDF_Label& label, const TopLoc_Location& place, std::string name, std::optional<Bytes4> colour,
              int depth) {
     if (depth > kMostDepth) throw Error("has assemblies within assemblies without end; export it again");
-    Quantity_Color own;
     const TopoDS_Shape shape = XCAFDoc_ShapeTool::GetShape(label);
     if (shape.IsNull()) return;
-    for (const XCAFDoc_ColorType type : {XCAFDoc_ColorSurf, XCAFDoc_ColorGen})
-      if (!colour && (colours_->GetColor(label, type, own) || colours_->GetColor(shape, type, own)))
-        colour = bytesOf(own);
+    if (!colour) colour = colourOf(label);
     if (!XCAFDoc_ShapeTool::IsAssembly(label)) {
-      parts_.push_back({shape.Moved(place), std::move(name), colour});
+      Colours inner;
+      TDF_LabelSequence coloured;
+      XCAFDoc_ShapeTool::GetSubShapes(label, coloured);
+      for (int i = 1; i <= coloured.Length(); ++i)
+        if (const auto own = colourOf(coloured(i))) inner.Bind(XCAFDoc_ShapeTool::GetShape(coloured(i)), *own);
+      parts_.push_back({shape, place, std::move(name), colour, std::move(inner)});
       return;
     }
     TDF_LabelSequence components;
@@ -162,9 +217,7 @@ class Model {
       TDF_Label of;
       if (!XCAFDoc_ShapeTool::GetReferredShape(components(i), of)) continue;
       const std::string component = nameOf(of).empty() ? nameOf(components(i)) : nameOf(of);
-      std::optional<Bytes4> given = colour;
-      for (const XCAFDoc_ColorType type : {XCAFDoc_ColorSurf, XCAFDoc_ColorGen})
-        if (!given && colours_->GetColor(components(i), type, own)) given = bytesOf(own);
+      const std::optional<Bytes4> given = colour ? colour : colourOf(components(i));
       visit(of, place * XCAFDoc_ShapeTool::GetLocation(components(i)), component.empty() ? name : component, given,
             depth + 1);
     }
@@ -173,36 +226,45 @@ class Model {
   // Faces that belong to no solid, as IGES has them: those whose edges lie close together become shells.
   void sewLoose() {
     BRepBuilderAPI_Sewing sewing(kSewing * diagonal_);
-    int faces = 0;
     std::vector<Part> solid;
-    std::optional<Bytes4> colour;
-    std::string name;
+    std::vector<Face> loose;
+    Part sewn;
     for (Part& part : parts_) {
       if (TopExp_Explorer(part.shape, TopAbs_SOLID).More()) {
         solid.push_back(std::move(part));
         continue;
       }
-      for (TopExp_Explorer face(part.shape, TopAbs_FACE); face.More(); face.Next(), ++faces) sewing.Add(face.Current());
-      if (!colour) colour = part.colour;
-      if (name.empty()) name = part.name;
+      for (Face& face : facesOf(part)) {
+        face.face.Move(part.place);
+        if (!face.colour) face.colour = part.colour;
+        sewing.Add(face.face);
+        loose.push_back(std::move(face));
+      }
+      if (!sewn.colour) sewn.colour = part.colour;
+      if (sewn.name.empty()) sewn.name = part.name;
     }
     parts_ = std::move(solid);
-    if (faces == 0) return;
+    if (loose.empty()) return;
     sewing.Perform();
-    parts_.push_back({sewing.SewedShape(), name, colour});
-    sender_.note(std::to_string(faces) + " loose faces were sewn together, " + std::to_string(sewing.NbFreeEdges()) +
-                 " of their edges stay open");
+    sewn.shape = sewing.SewedShape();
+    for (const Face& face : loose)
+      if (face.colour) sewn.inner.Bind(sewing.Modified(face.face), *face.colour);
+    parts_.push_back(std::move(sewn));
+    sender_.note((loose.size() == 1 ? "1 loose face was" : std::to_string(loose.size()) + " loose faces were") +
+                 std::string(" sewn together, ") + std::to_string(sewing.NbFreeEdges()) + " of their edges stay open");
   }
 
-  // All faces of a part as one mesh, whose vertices on shared edges are one.
+  // All faces of a part as one mesh, whose vertices on shared edges are one; solids that touch stay apart.
   void mesh(Part& part) {
     if (part.shape.IsNull()) return;
     BRepMesh_IncrementalMesh mesher(part.shape, kDeflection * diagonal_, Standard_False, kAngle, Standard_False);
     MeshData data;
     data.colour = part.colour;
-    std::map<std::array<double, 3>, uint32_t> known;
-    for (TopExp_Explorer at(part.shape, TopAbs_FACE); at.More(); at.Next()) {
-      const TopoDS_Face& face = TopoDS::Face(at.Current());
+    const std::vector<Face> faces = facesOf(part);
+    const bool coloured = std::ranges::any_of(faces, [&](const Face& each) { return each.colour.has_value(); });
+    std::map<std::pair<uint32_t, std::array<double, 3>>, uint32_t> known;
+    for (const Face& each : faces) {
+      const TopoDS_Face face = TopoDS::Face(each.face.Moved(part.place));
       TopLoc_Location place;
       const Handle(Poly_Triangulation) triangles = BRep_Tool::Triangulation(face, place);
       if (triangles.IsNull()) {
@@ -213,7 +275,7 @@ class Model {
       for (int i = 1; i <= triangles->NbNodes(); ++i) {
         const gp_Pnt p = triangles->Node(i).Transformed(place.Transformation());
         const std::array<double, 3> key{p.X(), p.Y(), p.Z()};
-        const auto [found, fresh] = known.try_emplace(key, uint32_t(data.positions.size()));
+        const auto [found, fresh] = known.try_emplace({each.solid, key}, uint32_t(data.positions.size()));
         if (fresh) data.positions.push_back(key);
         of[size_t(i) - 1] = found->second;
       }
@@ -224,12 +286,23 @@ class Model {
         triangles->Triangle(i).Get(a, b, c);
         if (turned) std::swap(b, c);
         const std::array<uint32_t, 3> t{of.at(size_t(a) - 1), of.at(size_t(b) - 1), of.at(size_t(c) - 1)};
-        if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) data.triangles.push_back(t);
+        if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
+        data.triangles.push_back(t);
+        if (coloured) data.triangleColours.push_back(each.colour.value_or(part.colour.value_or(kWhite)));
       }
     }
     if (data.triangles.empty()) return;
+    simplifyColours(data);
     sendMesh(data, part.name, sender_);
     ++sent_;
+  }
+
+  // Where all triangles are of one colour it is that of the whole.
+  static void simplifyColours(MeshData& data) {
+    std::vector<Bytes4>& all = data.triangleColours;
+    if (all.empty() || std::ranges::any_of(all, [&](const Bytes4& each) { return each != all.front(); })) return;
+    data.colour = all.front();
+    all.clear();
   }
 
   Handle(XCAFDoc_ShapeTool) shapes_;

@@ -31,13 +31,13 @@ class ModelAssembler {
     for (; !payload.empty(); payload = payload.subspan(sizeof(T))) use(wireStruct<T>(payload));
   }
   void requireComplete() const {
-    if (vertices_ != 0 || triangles_ != 0 || colours_ != 0) failWire();
+    if (vertices_ != 0 || triangles_ != 0 || colours_ != 0 || triangleColours_ != 0) failWire();
   }
 
   ModelFile model_;
-  uint64_t count_ = 0;                                   // vertices of the object
-  uint64_t vertices_ = 0, triangles_ = 0, colours_ = 0;  // still to come
-  uint64_t faces_ = 0;                                   // that may still come
+  uint64_t count_ = 0;                                                         // vertices of the object
+  uint64_t vertices_ = 0, triangles_ = 0, colours_ = 0, triangleColours_ = 0;  // still to come
+  uint64_t faces_ = 0;                                                         // that may still come
 };
 
 ModelFace faceOf(const wire::Face& from) {
@@ -79,6 +79,7 @@ void ModelAssembler::take(wire::Kind kind, std::span<const std::byte> payload) {
       count_ = vertices_ = head.vertices;
       triangles_ = head.triangles;
       colours_ = head.hasColours != 0 ? head.vertices : 0;
+      triangleColours_ = head.hasTriangleColours != 0 ? head.triangles : 0;
       faces_ = wire::kMostFaces;
       ModelObject& next = model_.objects.emplace_back();
       next.name = wireText(name);
@@ -101,6 +102,11 @@ void ModelAssembler::take(wire::Kind kind, std::span<const std::byte> payload) {
       if (object == nullptr) failWire();
       return each<std::array<uint8_t, 4>>(payload, colours_, [&](const std::array<uint8_t, 4>& c) {
         object->vertexColours.push_back({c[0], c[1], c[2], c[3]});
+      });
+    case wire::Kind::triangleColours:
+      if (object == nullptr) failWire();
+      return each<std::array<uint8_t, 4>>(payload, triangleColours_, [&](const std::array<uint8_t, 4>& c) {
+        object->triangleColours.push_back({c[0], c[1], c[2], c[3]});
       });
     case wire::Kind::faces:
       if (object == nullptr) failWire();

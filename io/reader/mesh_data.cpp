@@ -27,12 +27,14 @@ void sendMesh(const MeshData& mesh, std::string_view name, Sender& sender) {
                       .triangles = mesh.triangles.size(),
                       .colour = {},
                       .hasColour = mesh.colour.has_value(),
-                      .hasColours = !mesh.colours.empty()};
+                      .hasColours = !mesh.colours.empty(),
+                      .hasTriangleColours = !mesh.triangleColours.empty()};
   if (mesh.colour) std::copy(mesh.colour->begin(), mesh.colour->end(), object.colour);
   sender.named(wire::Kind::object, object, name);
   sender.array(wire::Kind::positions, std::span<const std::array<double, 3>>(mesh.positions));
   sender.array(wire::Kind::triangles, std::span<const std::array<uint32_t, 3>>(mesh.triangles));
   sender.array(wire::Kind::colours, std::span<const Bytes4>(mesh.colours));
+  sender.array(wire::Kind::triangleColours, std::span<const Bytes4>(mesh.triangleColours));
   const auto finite = [](const wire::Face& face) {
     double sum = face.width + face.depth;
     for (int axis = 0; axis < 3; ++axis) sum += face.at[axis] + face.along[axis] + face.across[axis];

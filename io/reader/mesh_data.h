@@ -18,8 +18,9 @@ using Bytes4 = std::array<uint8_t, 4>;
 struct MeshData {
   std::vector<std::array<double, 3>> positions;
   std::vector<std::array<uint32_t, 3>> triangles;
-  std::vector<Bytes4> colours;   ///< sRGB, one a vertex, or empty.
-  std::optional<Bytes4> colour;  ///< Of all, sRGB.
+  std::vector<Bytes4> colours;          ///< sRGB, one a vertex, or empty.
+  std::vector<Bytes4> triangleColours;  ///< sRGB, one a triangle, or empty.
+  std::optional<Bytes4> colour;         ///< Of all, sRGB.
   std::vector<wire::Face> faces;
 };
 

@@ -18,24 +18,25 @@ inline constexpr uint32_t kMostObjects = uint32_t{1} << 18;
 inline constexpr uint32_t kMostGrids = 1000;
 
 enum class Kind : uint32_t {
-  error = 1,     ///< Text: what is wrong with the file and what to do; the last message.
-  memory,        ///< Nothing: there was not enough of it; the last message.
-  note,          ///< Text.
-  format,        ///< Text.
-  metadata,      ///< Text: key, a zero byte, value.
-  object,        ///< Object, then its name. Its arrays follow, each complete before the next begins.
-  positions,     ///< Of 3 doubles.
-  triangles,     ///< Of 3 uint32_t.
-  colours,       ///< Of 4 bytes, sRGB and alpha, one a vertex; where announced.
-  grid,          ///< Grid, then its name. Its tiles follow, then its bricks.
-  tiles,         ///< Of Tile: what is inside.
-  bricks,        ///< Of Brick.
-  colourBricks,  ///< Of ColourBrick; each where a brick was sent.
-  picture,       ///< Picture. Its levels, or its pixels, follow.
-  levels,        ///< Of float, 0 black to 1 white, row by row from the top.
-  pixels,        ///< Of 4 bytes, sRGB and alpha, row by row from the top.
-  end,           ///< Nothing: all was sent.
-  faces,         ///< Of Face: of the object before, once it is complete.
+  error = 1,        ///< Text: what is wrong with the file and what to do; the last message.
+  memory,           ///< Nothing: there was not enough of it; the last message.
+  note,             ///< Text.
+  format,           ///< Text.
+  metadata,         ///< Text: key, a zero byte, value.
+  object,           ///< Object, then its name. Its arrays follow, each complete before the next begins.
+  positions,        ///< Of 3 doubles.
+  triangles,        ///< Of 3 uint32_t.
+  colours,          ///< Of 4 bytes, sRGB and alpha, one a vertex; where announced.
+  grid,             ///< Grid, then its name. Its tiles follow, then its bricks.
+  tiles,            ///< Of Tile: what is inside.
+  bricks,           ///< Of Brick.
+  colourBricks,     ///< Of ColourBrick; each where a brick was sent.
+  picture,          ///< Picture. Its levels, or its pixels, follow.
+  levels,           ///< Of float, 0 black to 1 white, row by row from the top.
+  pixels,           ///< Of 4 bytes, sRGB and alpha, row by row from the top.
+  end,              ///< Nothing: all was sent.
+  faces,            ///< Of Face: of the object before, once it is complete.
+  triangleColours,  ///< Of 4 bytes, sRGB and alpha, one a triangle; where announced.
 };
 
 // What a level set says of its colours in a .vdb file: the name of their grid, and the one that it has itself, linear
@@ -51,8 +52,8 @@ struct Head {
 struct Object {
   uint64_t vertices, triangles;
   uint8_t colour[4];
-  uint8_t hasColour, hasColours;
-  uint8_t padding[2] = {};
+  uint8_t hasColour, hasColours, hasTriangleColours;
+  uint8_t padding[1] = {};
 };
 
 /// A face of a CAD model that has a plane, an axis or a middle.

@@ -11,8 +11,9 @@
 
 namespace argil::samples {
 
-/// IGES of four-sided plane faces: rational B-spline surfaces of degree one, without anything around them.
-inline std::string igesOf(const std::vector<std::array<Vec3d, 4>>& faces) {
+/// IGES of four-sided plane faces: rational B-spline surfaces of degree one, without anything around them. `colours`:
+/// of each, a number that the standard names (2 red, 3 green, 4 blue), or none at all.
+inline std::string igesOf(const std::vector<std::array<Vec3d, 4>>& faces, const std::vector<int>& colours = {}) {
   std::string text, parameters, directory;
   const auto line = [](const std::string& content, char section, size_t number) {
     return fmt::format("{:<72}{}{:7}\n", content, section, number);
@@ -28,7 +29,9 @@ inline std::string igesOf(const std::vector<std::array<Vec3d, 4>>& faces) {
     rows.emplace_back("0.,1.,0.,1.;");
     directory +=
         line(fmt::format("{:8}{:8}{:8}{:8}{:8}{:8}{:8}{:8}{:08}", 128, number, 0, 0, 0, 0, 0, 0, 0), 'D', entry);
-    directory += line(fmt::format("{:8}{:8}{:8}{:8}{:8}{:>24}{:>8}", 128, 0, 0, rows.size(), 0, "", 0), 'D', entry + 1);
+    const int colour = colours.empty() ? 0 : colours.at((entry - 1) / 2);
+    directory +=
+        line(fmt::format("{:8}{:8}{:8}{:8}{:8}{:>24}{:>8}", 128, 0, colour, rows.size(), 0, "", 0), 'D', entry + 1);
     for (const std::string& row : rows) parameters += fmt::format("{:<64}{:8}P{:7}\n", row, entry, number++);
     entry += 2;
   }

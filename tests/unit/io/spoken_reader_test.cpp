@@ -121,6 +121,29 @@ TEST_F(SpokenReaderTest, OfAModelIsBelievedInNothing) {
     EXPECT_THAT(outcome(lie, read), HasSubstr("sent what it should not"));
 }
 
+TEST_F(SpokenReaderTest, OfColoursOfTrianglesIsBelievedInNothing) {
+  std::vector<ModelObject> objects(1);
+  objects[0].mesh = samples::cube(10);
+  const auto file = folder_ / "a.glb";
+  writeModel(file, {objects, {}});
+  Speech speech = heard("gltf", file);
+  const auto head = std::ranges::find(speech, Kind::object, &Message::kind);
+  ASSERT_NE(head, speech.end());
+  head->payload.at(offsetof(wire::Object, hasTriangleColours)) = 1;
+  std::string colours;
+  for (int i = 0; i < 12; ++i) samples::append(colours, std::array<uint8_t, 4>{uint8_t(20 * i), 40, 60, 255});
+  const auto last = std::ranges::find(speech, Kind::triangles, &Message::kind);
+  ASSERT_NE(last, speech.end());
+  speech.insert(last + 1, {Kind::triangleColours, colours});
+  const auto read = [&] {
+    const ModelFile model = readModel(file);
+    ASSERT_EQ(model.objects.size(), 1u);
+    ASSERT_EQ(model.objects[0].triangleColours.size(), 12u);
+    EXPECT_EQ(model.objects[0].triangleColours[3], (Colour{60, 40, 60, 255}));
+  };
+  ASSERT_NO_FATAL_FAILURE(expectNothingPasses(speech, read));
+}
+
 TEST_F(SpokenReaderTest, OfFacesIsBelievedInNothing) {
   std::vector<ModelObject> objects(1);
   objects[0].mesh = samples::cube(10);

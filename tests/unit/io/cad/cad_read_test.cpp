@@ -108,6 +108,65 @@ TEST_F(CadFiles, PlanesAndCylindersAreRead) {
   EXPECT_NEAR(topology.volume / (6000 - std::numbers::pi * 360), 1, 2e-4);
 }
 
+TEST_F(CadFiles, ColoursOfBodiesAndFacesAreKept) {
+  const Colour red{255, 0, 0, 255}, green{0, 255, 0, 255}, blue{0, 0, 255, 255};
+  // Two blocks of one part that touch, red and green, with one blue side each and a blue bore in the second.
+  samples::StepPart part;
+  part.blocks = {Vec3d::Zero(), {20, 0, 0}};
+  part.bodies = {{1, 0, 0}, {0, 1, 0}};
+  part.faces = {{1, {0, 0, 1}}, {8, {0, 0, 1}}, {13, {0, 0, 1}}};
+  const ModelFile model = readModel(written("two.step", samples::stepOfBoredBlock({20, 30, 10}, 6, part)));
+  ASSERT_EQ(model.objects.size(), 1u);
+  const ModelObject& object = model.objects[0];
+  // As it is, not welded: they share no vertex.
+  const clay::TopologyReport topology = clay::checkTopology(object.mesh);
+  EXPECT_TRUE(topology.solid());
+  EXPECT_EQ(topology.bodies, 2u);
+  ASSERT_EQ(object.triangleColours.size(), object.mesh.triangles.size());
+  for (size_t t = 0; t < object.mesh.triangles.size(); ++t) {
+    const auto& [a, b, c] = object.mesh.triangles[t];
+    const Vec3d middle = (object.mesh.positions[a] + object.mesh.positions[b] + object.mesh.positions[c]) / 3;
+    if (std::abs(middle.x() - 20) < 1e-9) continue;  // where they touch
+    const bool second = middle.x() > 20;
+    const bool top = std::abs(middle.z() - 10) < 1e-9;
+    const bool bore = std::hypot(middle.x() - 30, middle.y() - 15) < 6.1 && middle.z() > 1e-9 && !top;
+    EXPECT_EQ(object.triangleColours[t], top || bore ? blue : second ? green : red) << middle.transpose();
+  }
+}
+
+TEST_F(CadFiles, OneColourOfAllFacesIsThatOfTheWhole) {
+  samples::StepPart part;
+  for (size_t face = 0; face < 7; ++face) part.faces[face] = {0, 0, 1};
+  const ModelFile all = readModel(written("all.step", samples::stepOfBoredBlock({20, 30, 10}, 6, part)));
+  EXPECT_EQ(all.objects.at(0).colour, (Colour{0, 0, 255, 255}));
+  EXPECT_TRUE(all.objects[0].triangleColours.empty());
+  // One face fewer: it is white, as parts without a colour are.
+  part.faces.erase(6);
+  const ModelFile most = readModel(written("most.step", samples::stepOfBoredBlock({20, 30, 10}, 6, part)));
+  EXPECT_FALSE(most.objects.at(0).colour);
+  const std::vector<Colour>& colours = most.objects[0].triangleColours;
+  ASSERT_EQ(colours.size(), most.objects[0].mesh.triangles.size());
+  EXPECT_EQ(
+      std::ranges::count(colours, Colour{255, 255, 255, 255}) + std::ranges::count(colours, Colour{0, 0, 255, 255}),
+      std::ssize(colours));
+  EXPECT_GT(std::ranges::count(colours, Colour{255, 255, 255, 255}), 20);
+}
+
+TEST_F(CadFiles, ColoursOfLooseFacesAreKept) {
+  const ModelFile model = readModel(written("box.igs", igesOf(boxFaces({10, 20, 30}), {2, 3, 4, 4, 4, 4})));
+  ASSERT_EQ(model.objects.size(), 1u);
+  const ModelObject& object = model.objects[0];
+  EXPECT_TRUE(clay::checkTopology(object.mesh).solid());
+  ASSERT_EQ(object.triangleColours.size(), 12u);
+  for (size_t t = 0; t < 12; ++t) {
+    const auto& [a, b, c] = object.mesh.triangles[t];
+    const double height = (object.mesh.positions[a] + object.mesh.positions[b] + object.mesh.positions[c]).z() / 3;
+    const Colour& colour = object.triangleColours[t];
+    EXPECT_EQ(colour.red > 200, std::abs(height) < 1e-6) << height;
+    EXPECT_EQ(colour.green > 200, std::abs(height - 30) < 1e-6) << height;
+  }
+}
+
 TEST_F(CadFiles, FacesSayWhereTheyLie) {
   const Vec3d size(20, 30, 10);
   const ModelFile model = readModel(written("block.step", samples::stepOfBoredBlock(size, 6)));
@@ -200,6 +259,8 @@ TEST_F(CadFiles, WhatIsNoneIsOneSentence) {
   refuses(written("empty.step", "ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n"), "STEP");
   refuses(written("cut.step", "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION(("), "STEP");
   refuses(written("none.iges", igesOf({})), "");
+  refuses(written("point.step", samples::stepOfBoredBlock({1, 1, 1}, 0.1, {.blocks = {}, .bodies = {}, .faces = {}})),
+          "holds no faces");
   Job job;
   job.cancel();
   EXPECT_THROW((void)readModel(written("box.iges", igesOf(boxFaces({1, 2, 3}))), &job), Cancelled);
