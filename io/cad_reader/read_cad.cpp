@@ -1,10 +1,8 @@
 // STEP and IGES, by OpenCASCADE.
 
-#include <BRepAdaptor_Surface.hxx>
 #include <BRepBndLib.hxx>
 #include <BRepBuilderAPI_Sewing.hxx>
 #include <BRepMesh_IncrementalMesh.hxx>
-#include <BRepTools.hxx>
 #include <BRep_Tool.hxx>
 #include <Bnd_Box.hxx>
 #include <IGESCAFControl_Reader.hxx>
@@ -38,6 +36,7 @@
 #include <vector>
 
 #include "clay/base/error.h"
+#include "io/cad_reader/face_form.h"
 #include "io/cad_reader/read_cad.h"
 #include "io/reader/mesh_data.h"
 #include "io/reader/reader.h"
@@ -63,59 +62,6 @@ std::string nameOf(const TDF_Label& label) {
   Standard_PCharacter at = text.data();
   text.resize(size_t(name->Get().ToUTF8CString(at)));
   return text;
-}
-
-void set(double (&to)[3], const gp_XYZ& from) {
-  to[0] = from.X(), to[1] = from.Y(), to[2] = from.Z();
-}
-
-// What there is of a face to construct with; nothing of a freely curved one, or one that reaches farther than `most`.
-std::optional<wire::Face> constructionOf(const TopoDS_Face& shape, double most) {
-  const BRepAdaptor_Surface surface(shape);
-  double u0 = 0, u1 = 0, v0 = 0, v1 = 0;
-  BRepTools::UVBounds(shape, u0, u1, v0, v1);
-  wire::Face face{};
-  gp_Ax3 frame;
-  double along = 0;  // of the axis, from the frame's place
-  switch (surface.GetType()) {
-    case GeomAbs_Plane:
-      frame = surface.Plane().Position();
-      face.width = u1 - u0, face.depth = v1 - v0;
-      break;
-    case GeomAbs_Cylinder:
-      frame = surface.Cylinder().Position();
-      face.kind = 1, face.width = v1 - v0, face.depth = surface.Cylinder().Radius(), along = (v0 + v1) / 2;
-      break;
-    case GeomAbs_Cone: {
-      const double angle = surface.Cone().SemiAngle();
-      frame = surface.Cone().Position();
-      face.kind = 1, face.width = (v1 - v0) * std::cos(angle), along = (v0 + v1) / 2 * std::cos(angle);
-      face.depth = std::abs(surface.Cone().RefRadius() + (v0 + v1) / 2 * std::sin(angle));
-      break;
-    }
-    case GeomAbs_Torus:
-      frame = surface.Torus().Position();
-      face.kind = 1, face.width = 2 * surface.Torus().MinorRadius(), face.depth = surface.Torus().MajorRadius();
-      break;
-    case GeomAbs_Sphere:
-      frame = surface.Sphere().Position();
-      face.kind = 2, face.width = face.depth = surface.Sphere().Radius();
-      break;
-    default:
-      return std::nullopt;
-  }
-  if (!(face.width > 0 && face.width <= most && face.depth <= most)) return std::nullopt;
-  gp_XYZ normal = frame.Direction().XYZ();
-  if (face.kind == 0) {
-    set(face.at, surface.Value((u0 + u1) / 2, (v0 + v1) / 2).XYZ());
-    // Outwards, as the face is used; of a left-handed frame the parameters turn the other way.
-    if ((shape.Orientation() == TopAbs_REVERSED) != !frame.Direct()) normal.Reverse();
-  } else {
-    set(face.at, frame.Location().XYZ() + normal * along);
-  }
-  set(face.along, normal);
-  set(face.across, frame.XDirection().XYZ());
-  return face;
 }
 
 class Model {
@@ -279,7 +225,7 @@ class Model {
         if (fresh) data.positions.push_back(key);
         of[size_t(i) - 1] = found->second;
       }
-      if (const auto found = constructionOf(face, diagonal_)) data.faces.push_back(*found);
+      if (const auto found = formOf(face, diagonal_)) data.faces.push_back(*found);
       const bool turned = face.Orientation() == TopAbs_REVERSED;
       for (int i = 1; i <= triangles->NbTriangles(); ++i) {
         int a = 0, b = 0, c = 0;

@@ -27,6 +27,7 @@ namespace {
 using samples::boxFaces;
 using samples::Folder;
 using samples::igesOf;
+using samples::igesOfSurfaces;
 using ::testing::HasSubstr;
 
 class CadFiles : public ::testing::Test {
@@ -196,6 +197,78 @@ TEST_F(CadFiles, FacesSayWhereTheyLie) {
   }
   EXPECT_EQ(planes, 6);
   EXPECT_EQ(axes, 1);
+}
+
+// Many programs write all surfaces as splines, a cylinder in two halves.
+TEST_F(CadFiles, SplinesThatArePlainFormsSayWhereTheyLie) {
+  const Eigen::AngleAxisd turn(0.7, Vec3d(1, 2, -1).normalized());
+  const Vec3d place(40, -25, 13);
+  const double half = std::sqrt(0.5);
+  const auto placed = [&](samples::IgesSurface surface) {
+    for (Vec3d& p : surface.points) p = turn * p + place;
+    return surface;
+  };
+  const std::vector<double> line{0, 0, 1, 1}, arc{0, 0, 0, 1, 1, 1}, cubic{0, 0, 0, 0, 1, 1, 1, 1};
+  struct Case {
+    const char* what;
+    samples::IgesSurface surface;
+    std::optional<ModelFace> face;  // before it is placed
+  };
+  const auto axis = [](double z, double length, double radius) {
+    ModelFace face;
+    face.kind = ModelFace::Kind::axis, face.at = {0, 0, z}, face.along = Vec3d::UnitZ();
+    face.width = length, face.depth = radius;
+    return face;
+  };
+  ModelFace middle = axis(0, 12, 12), plane = axis(0, 7, 4);
+  middle.kind = ModelFace::Kind::middle, plane.kind = ModelFace::Kind::plane;
+  samples::IgesSurface flat,
+      free = samples::halfTurned(3, cubic, {{9, 0, 0}, {12, 0, 5}, {7, 0, 9}, {9, 0, 15}}, {1, 1, 1, 1});
+  samples::IgesSurface drawn = free, screw = free;
+  flat.points = {{-3.5, -2, 0}, {3.5, -2, 0}, {-3.5, 2, 0}, {3.5, 2, 0}}, flat.weights = {1, 1, 1, 1};
+  free.points[7] += Vec3d(0.1, 0, 0);
+  // Rows that are the first one moved along a line: nothing turns there.
+  for (size_t i = 0; i < drawn.points.size(); ++i)
+    drawn.points[i] = Vec3d(double(i % 5) * 4, double(i % 5 == 2) * 5 + double(i % 5 == 3) * 2, double(i / 5) * 6);
+  // Rows that are turned about z and lifted: a screw, nearly.
+  for (size_t i = 0; i < screw.points.size(); ++i) {
+    const double angle = 0.02 * double(i / 5);
+    screw.points[i] = Eigen::AngleAxisd(angle, Vec3d::UnitZ()) * Vec3d(3 + double(i % 5) * 2, double(i % 5 == 2), 0) +
+                      Vec3d(0, 0, angle * 80);
+  }
+  const std::vector<Case> cases{
+      {"plane", flat, plane},
+      {"cylinder", samples::halfTurned(1, line, {{6, 0, 2}, {6, 0, 12}}, {1, 1}), axis(7, 10, 6)},
+      {"cone", samples::halfTurned(1, line, {{6, 0, 2}, {2, 0, 12}}, {1, 1}), axis(7, 10, 4)},
+      {"ball", samples::halfTurned(2, arc, {{12, 0, 0}, {12, 0, 12}, {0, 0, 12}}, {1, half, 1}), middle},
+      {"ring", samples::halfTurned(2, arc, {{12, 0, 0}, {12, 0, 4}, {8, 0, 4}}, {1, half, 1}), axis(2, 4, 10.5)},
+      {"vase", samples::halfTurned(3, cubic, {{9, 0, 0}, {12, 0, 5}, {7, 0, 9}, {9, 0, 15}}, {1, 1, 1, 1}),
+       axis(7.5, 15, 9.4)},
+      {"free", free, std::nullopt},
+      {"drawn along a line", drawn, std::nullopt},
+      {"screw", screw, std::nullopt}};
+  for (const Case& each : cases) {
+    SCOPED_TRACE(each.what);
+    // A large face beside it, as a model is larger than each of its faces.
+    samples::IgesSurface base;
+    base.points = {{-60, -60, -60}, {60, -60, -60}, {-60, 60, -60}, {60, 60, -60}}, base.weights = {1, 1, 1, 1};
+    const ModelFile model = readModel(written("form.igs", igesOfSurfaces({placed(each.surface), base})));
+    ASSERT_EQ(model.objects.size(), 1u);
+    std::vector<ModelFace> found;
+    for (const ModelFace& face : model.objects[0].faces)
+      if ((face.at - Vec3d(0, 0, -60)).norm() > 1e-6) found.push_back(face);
+    ASSERT_EQ(found.size(), each.face ? 1u : 0u);
+    if (!each.face) continue;
+    const ModelFace& face = found[0];
+    EXPECT_EQ(face.kind, each.face->kind);
+    EXPECT_LT((face.at - (turn * each.face->at + place)).norm(), 1e-6);
+    if (face.kind != ModelFace::Kind::middle) {
+      EXPECT_NEAR(std::abs(face.along.dot(turn * each.face->along)), 1, 1e-9);
+    }
+    EXPECT_NEAR(face.along.dot(face.across), 0, 1e-9);
+    EXPECT_NEAR(face.width, each.face->width, 0.02 * each.face->width);
+    EXPECT_NEAR(face.depth, each.face->depth, 0.1 * each.face->depth);
+  }
 }
 
 // Of other programs: the planes that are told hold points of the mesh, with all of it on one side or not.
