@@ -13,6 +13,7 @@
 #include "clay/field/region_work.h"
 #include "clay/store/sampler.h"
 #include "clay/surface/surface.h"
+#include "clay/surface/vertex_channels.h"
 #include "clay/whole/resample.h"
 
 namespace argil::clay {
@@ -32,12 +33,13 @@ constexpr double kShared = 2;                         // times them: more are no
 constexpr double kFinest = 1.4, kFinestOfEven = 0.1;  // voxels, even edges: nothing finer is looked at
 constexpr double kOfThickness = 0.7;  // an edge is at most so long: four quads go around a limb or into a slit
 constexpr double kLeastOfEven = 0.25, kLeastRefined = 1.0 / 6;  // of an even edge
-constexpr double kNearEnd = 0.1;                                // even edges: so near to an end they are
-constexpr float kLargerAtEnd = 2;                               // times as large
-constexpr double kGrowth = 0.35;                                // of sizes, a mm
-constexpr int kGrades = 60;                                     // sweeps until they do, at most
-constexpr double kOff = 1.5;                                    // times the RMS: more is too far off
-constexpr double kSmallest = 0.5, kLargest = 1.25;              // times the size before
+constexpr double kMostDensity = 16;
+constexpr double kNearEnd = 0.1;                    // even edges: so near to an end they are
+constexpr float kLargerAtEnd = 2;                   // times as large
+constexpr double kGrowth = 0.35;                    // of sizes, a mm
+constexpr int kGrades = 60;                         // sweeps until they do, at most
+constexpr double kOff = 1.5;                        // times the RMS: more is too far off
+constexpr double kSmallest = 0.5, kLargest = 1.25;  // times the size before
 
 int64_t shapeOf(uint64_t vertices, uint64_t quads) {
   // Each quad has two edges of its own.
@@ -133,7 +135,7 @@ QuadMesh quadsOf(const Surface& surface) {
 }
 
 CageMaker::CageMaker(const Version& version, size_t most, bool creased, int threads, const WorkPart& part,
-                     const std::optional<EndPlane>& end)
+                     const std::optional<EndPlane>& end, const CageWishes& wishes)
     : most_(most) {
   if (version.stats().bricks == 0) throw Error("the piece is empty: there is no surface to draw a cage on");
   if (most < kLeastQuads) throw Error(fmt::format("a cage of {} quads: give at least {}", most, kLeastQuads));
@@ -145,7 +147,7 @@ CageMaker::CageMaker(const Version& version, size_t most, bool creased, int thre
   Surface own(creased, creased ? Grade::fine : Grade::draft);
   own.update(version, threads);
   surface_ = own.toMesh();
-  creases_.emplace(own, surface_, even_, end);
+  creases_.emplace(own, surface_, even_, end, creased ? wishes.guides : std::vector<GuideLoop>());
   if (creased && creases_->empty()) {
     own = Surface(false);
     own.update(version, threads);
@@ -166,6 +168,16 @@ CageMaker::CageMaker(const Version& version, size_t most, bool creased, int thre
   for (size_t v = 0; v < sizes_.size(); ++v) sizes_[v] = std::min(sizes_[v], walls_[v]);
   for (float& each : sizes_)
     each = static_cast<float>(std::clamp(kOfThickness * double(each), kLeastOfEven * even_, even_));
+  if (wishes.maskDensity != 1) {
+    if (!(wishes.maskDensity >= 1 / kMostDensity && wishes.maskDensity <= kMostDensity))
+      throw Error(fmt::format("{:g} times as many quads where the clay is masked: give {:g} to {:g}",
+                              wishes.maskDensity, 1 / kMostDensity, kMostDensity));
+    const std::vector<VertexPaint> paint = meshPaint(own);
+    for (const VertexPaint& each : paint) masks_.push_back(each.mask);
+    for (size_t v = 0; v < paint.size(); ++v)
+      sizes_[v] = static_cast<float>(
+          std::max(double(sizes_[v]) * std::pow(wishes.maskDensity, -paint[v].mask / 510.0), kLeastRefined * even_));
+  }
   // Lines become fewer more slowly than what lies beside them.
   for (size_t v = 0; end && v < sizes_.size(); ++v)
     if (std::abs(surface_.positions[v][end->axis] - end->atMm) < kNearEnd * even_) sizes_[v] *= kLargerAtEnd;
@@ -264,6 +276,25 @@ QuadMesh CageMaker::fewerOf(size_t most, const WorkPart& part, bool regular) con
 
 QuadMesh CageMaker::fewer(QuadMesh mesh, size_t most, bool between, const WorkPart& part) const {
   return coarsened(std::move(mesh), ground(sizes_), most, part, {.between = between});
+}
+
+WishesMet CageMaker::settle(QuadMesh& mesh) const {
+  WishesMet met{.guides = creases_->guides(), .guidesMm = creases_->guidesMm()};
+  met.onGuidesMm = creases_->clearGuides(mesh);
+  std::array<double, 2> quads{}, area{};  // not masked, masked
+  uint32_t hint = UINT32_MAX;
+  for (const auto& q : mesh.quads) {
+    if (masks_.empty()) break;
+    const Vec3d &a = mesh.positions[q[0]], &b = mesh.positions[q[1]], &c = mesh.positions[q[2]],
+                &d = mesh.positions[q[3]];
+    hint = tree_->nearest((a + b + c + d) / 4, hint).triangle;
+    const auto& t = tree_->corners(hint);
+    const size_t masked = masks_[t[0]] + masks_[t[1]] + masks_[t[2]] >= 3 * 128 ? 1 : 0;
+    quads[masked] += 1;
+    area[masked] += 0.5 * (c - a).cross(d - b).norm();
+  }
+  if (area[0] > 0 && area[1] > 0) met.maskDensity = quads[1] * area[0] / (quads[0] * area[1]);
+  return met;
 }
 
 void CageMaker::refine(const std::vector<float>& off) {

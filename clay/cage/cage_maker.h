@@ -21,14 +21,29 @@ struct CoarseCage {
   int64_t shape = 0;
 };
 
+/// What the person wants of quads, beside their count.
+struct CageWishes {
+  /// So many times as many quads a mm² lie where the clay is fully masked, 1/16 to 16, as far as there is room.
+  double maskDensity = 1;
+  std::vector<GuideLoop> guides;  ///< In the clay's own mm; see CreaseMap.
+};
+
+/// How far quads are as the person wished.
+struct WishesMet {
+  size_t guides = 0;                    ///< That lie on the clay,
+  double guidesMm = 0, onGuidesMm = 0;  ///< their length, and that of the edges that follow them.
+  double maskDensity = 0;               ///< Quads a mm² where the clay is masked by half and more, of those elsewhere;
+                                        ///< 0: not asked for, or there is no such place.
+};
+
 /// Holds what all cages of a clay begin with: its surface, a mesh of many quads, and how long edges are to be at each
 /// vertex of the surface. One thread.
 class CageMaker {
  public:
   /// Sizes are even, but smaller where the clay, or the air in a slit of it, is thin. `creased`: edges of cages follow
-  /// the clay's creases, `end`: and the border of what lies in that plane. Throws as coarseCage().
+  /// the clay's creases and the guides, `end`: and the border of what lies in that plane. Throws as coarseCage().
   CageMaker(const Version& version, size_t most, bool creased, int threads, const WorkPart& part,
-            const std::optional<EndPlane>& end = {});
+            const std::optional<EndPlane>& end = {}, const CageWishes& wishes = {});
   CageMaker(const CageMaker&) = delete;
   CageMaker& operator=(const CageMaker&) = delete;
 
@@ -42,6 +57,8 @@ class CageMaker {
   [[nodiscard]] CoarseCage make(const WorkPart& part, size_t most = 0, bool regular = false) const;
   /// At most `most` quads from a cage of more, where so few are possible.
   [[nodiscard]] QuadMesh fewer(QuadMesh mesh, size_t most, bool between, const WorkPart& part) const;
+  /// Edges along guides are no creases any more: they were followed, and that is all.
+  [[nodiscard]] WishesMet settle(QuadMesh& mesh) const;
   /// Sizes become smaller where what was fitted to a cage lies off by more than elsewhere, mm at each vertex of the
   /// surface, and larger where by less.
   void refine(const std::vector<float>& off);
@@ -68,6 +85,7 @@ class CageMaker {
   std::optional<CreaseMap> creases_;
   QuadMesh fine_;
   std::vector<float> sizes_, walls_;
+  std::vector<uint8_t> masks_;                      // of vertices of the surface, where that counts
   mutable std::mutex mutex_;                        // guards this
   mutable std::optional<SharedCoarsening> shared_;  // with these sizes
 };

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "clay/base/joined_sets.h"
-#include "clay/cage/surface_faces.h"
+#include "clay/mesh/surface_faces.h"
 
 namespace argil::clay {
 
@@ -23,19 +23,31 @@ constexpr float kAcrossEnd = 0.9f;                   // cosine to the axis
 constexpr double kOneCorner = 1.5;                   // pieces
 constexpr double kOnePlace = 0.01;                   // of the mean side
 constexpr double kPlaces[][2] = {{0.5, 0.5}, {0.25, 0.25}, {0.75, 0.25}, {0.75, 0.75}, {0.25, 0.75}};  // of a quad
+constexpr double kNearCrossing = 3;                                                                    // sides of quads
+constexpr double kGuideOff = 0.25;  // even edges: a guide that leaves the surface by more is none
+constexpr double kParallel = 0.05;  // squared sine of an angle
 
 const float kLeastCosine = static_cast<float>(std::cos(kCreaseDegrees / 180 * std::numbers::pi));
 
+// Halfway between where two lines come nearest to each other; of parallel ones between the places.
+Vec3d crossingOf(const Vec3d& a, const Vec3d& along, const Vec3d& b, const Vec3d& other) {
+  const Vec3d up = along.cross(other), between = b - a;
+  const double square = up.squaredNorm();
+  if (square < kParallel * along.squaredNorm() * other.squaredNorm()) return (a + b) / 2;
+  return 0.5 * (a + between.cross(other).dot(up) / square * along + b + between.cross(along).dot(up) / square * other);
+}
+
 }  // namespace
 
-CreaseMap::CreaseMap(const Surface& fine, const TriangleMesh& mesh, double evenMm, const std::optional<EndPlane>& end) {
+CreaseMap::CreaseMap(const Surface& fine, const TriangleMesh& mesh, double evenMm, const std::optional<EndPlane>& end,
+                     const std::vector<GuideLoop>& guides) {
   std::vector<bool> sharp;
   sharp.reserve(mesh.positions.size());
   fine.forEach([&](const BrickMesh& brick) {
     for (const PackedNormal& each : brick.normals) sharp.push_back((each.v & 1) != 0);
   });
   sharp.resize(mesh.positions.size(), false);
-  if (!end && std::find(sharp.begin(), sharp.end(), true) == sharp.end()) return;
+  if (!end && guides.empty() && std::find(sharp.begin(), sharp.end(), true) == sharp.end()) return;
   // Sides between two sharp vertices at which the surface turns.
   const SurfaceCells cells(mesh.positions, mesh.triangles);
   const auto to = [&](size_t side) { return cells.corners[side - side % 3 + (side + 1) % 3]; };
@@ -64,9 +76,29 @@ CreaseMap::CreaseMap(const Surface& fine, const TriangleMesh& mesh, double evenM
       else if (ends[side / 3])
         bent[side] = false;
   }
+  const double mean = std::accumulate(cells.lengths.begin(), cells.lengths.end(), 0.0) / double(bent.size());
+  // Guides go along sides, but their pieces lie on the curves themselves, or on the creases that these meet.
+  std::vector<bool> guided(bent.size());
+  std::unordered_map<uint32_t, std::pair<Vec3d, Vec3d>> curve;  // place, direction
+  if (!guides.empty()) {
+    GuideWays ways(mesh, cells, bent, mean);
+    for (const GuideLoop& guide : guides) {
+      const std::optional<GuideWay> way = ways.along(guide, std::max(kGuideOff * evenMm, 2 * mean));
+      guides_ += way ? 1 : 0;
+      for (size_t i = 0; way && i < guide.size(); ++i) guidesMm_ += (guide[(i + 1) % guide.size()] - guide[i]).norm();
+      for (size_t i = 0, n = way ? way->vertices.size() : 0; i < n; ++i) {
+        const uint32_t a = way->vertices[i], b = way->vertices[(i + 1) % n];
+        const Vec3d along = way->places[(i + 1) % n] - way->places[(i + n - 1) % n];
+        if (const auto [at, fresh] = curve.try_emplace(a, way->places[i], along); !fresh)
+          at->second.first = crossingOf(at->second.first, at->second.second, way->places[i], along);
+        for (const uint32_t side : {ways.side(a, b), ways.side(b, a)})
+          if (!bent[side]) bent[side] = guided[side] = true;
+      }
+      if (way) ways.add(*way);
+    }
+  }
   face_ = facesOf(cells, bent, kLeastWidth * evenMm);
   // Vertices at one place are one end of pieces.
-  const double mean = std::accumulate(cells.lengths.begin(), cells.lengths.end(), 0.0) / double(bent.size());
   JoinedSets places(mesh.positions.size());
   for (size_t side = 0; side < bent.size(); ++side)
     if (double(cells.lengths[side]) < kOnePlace * mean) places.join(cells.corners[side], to(side));
@@ -74,7 +106,7 @@ CreaseMap::CreaseMap(const Surface& fine, const TriangleMesh& mesh, double evenM
   const auto indexOf = [&](uint32_t v) {
     v = places.find(v);
     const auto [it, isNew] = index.try_emplace(v, static_cast<uint32_t>(pieces_.positions.size()));
-    if (isNew) pieces_.positions.push_back(mesh.positions[v]);
+    if (isNew) pieces_.positions.push_back(curve.contains(v) ? curve.at(v).first : mesh.positions[v]);
     return it->second;
   };
   std::set<std::pair<uint32_t, uint32_t>> known;
@@ -82,7 +114,9 @@ CreaseMap::CreaseMap(const Surface& fine, const TriangleMesh& mesh, double evenM
     const uint32_t a = cells.corners[side], b = to(side);
     if (!bent[side] || a > b || face_[side / 3] == face_[cells.across[side]]) continue;
     const uint32_t from = indexOf(a), last = indexOf(b);
-    if (from != last && known.insert(std::minmax(from, last)).second) pieces_.triangles.push_back({from, last, last});
+    if (from == last || !known.insert(std::minmax(from, last)).second) continue;
+    pieces_.triangles.push_back({from, last, last});
+    guide_.push_back(guided[side]);
   }
   if (empty()) return;
   tree_ = std::make_unique<NearestTriangle>(pieces_);
@@ -107,8 +141,10 @@ void CreaseMap::findCorners(const std::vector<std::set<uint32_t>>& faces) {
     const auto isSame = [&](const Vec3d& other) { return (other - at).norm() < kOneCorner * length; };
     if (std::none_of(corners_.begin(), corners_.end(), isSame)) corners_.push_back(at);
   };
-  for (uint32_t v = 0; v < beside.size(); ++v)
+  for (uint32_t v = 0; v < beside.size(); ++v) {
     if (faces[v].size() > 2) add(v);
+    if (faces[v].size() > 3) crossings_.push_back(pieces_.positions[v]);
+  }
   meetings_ = corners_.size();
   // Over some pieces either way, so that a place that lies beside its line is none.
   std::vector<double> turn(beside.size(), 0);
@@ -155,6 +191,62 @@ CreaseMap::Hit CreaseMap::nearest(const Vec3d& mm, uint32_t& hint) const {
   return out;
 }
 
+// Where four faces meet on the clay, two may touch along one edge of the mesh, with a meeting of three at each end of
+// it. One of the quads beside that edge goes to the face that meets it at an end: then all four meet at the other.
+void CreaseMap::joinMeetings(const SurfaceCells& cells, const QuadMesh& mesh, std::vector<uint32_t>& face) const {
+  if (crossings_.empty()) return;
+  std::vector<std::vector<uint32_t>> around(mesh.positions.size());  // cells; of vertices near crossings alone
+  const auto isNear = [&](const Vec3d& p, double length) {
+    return std::ranges::any_of(crossings_,
+                               [&](const Vec3d& each) { return (each - p).norm() < kNearCrossing * length; });
+  };
+  std::vector<uint32_t> near;
+  for (uint32_t side = 0; side < cells.across.size(); ++side)
+    if (face[side / 4] != face[cells.across[side]] &&
+        isNear(mesh.positions[cells.corners[side]], double(cells.lengths[side])))
+      near.push_back(side);
+  if (near.empty()) return;
+  for (uint32_t corner = 0; corner < cells.corners.size(); ++corner)
+    around[cells.corners[corner]].push_back(corner / 4);
+  // The face at a vertex beside two others, where that is one.
+  const auto third = [&](uint32_t v, uint32_t a, uint32_t b) {
+    uint32_t found = UINT32_MAX;
+    for (const uint32_t cell : around[v]) {
+      if (face[cell] == a || face[cell] == b || face[cell] == found) continue;
+      if (found != UINT32_MAX) return UINT32_MAX;
+      found = face[cell];
+    }
+    return found;
+  };
+  for (const uint32_t side : near) {
+    const uint32_t cell = side / 4, from = cells.corners[side], to = cells.corners[cell * 4 + (side + 1) % 4];
+    const uint32_t own = face[cell], other = face[cells.across[side]];
+    if (own == other) continue;
+    const uint32_t before = third(from, own, other), after = third(to, own, other);
+    if (before == UINT32_MAX || after == UINT32_MAX || before == after) continue;
+    if (face[cells.across[cell * 4 + (side + 1) % 4]] == after)
+      face[cell] = after;
+    else if (face[cells.across[cell * 4 + (side + 3) % 4]] == before)
+      face[cell] = before;
+  }
+}
+
+double CreaseMap::clearGuides(QuadMesh& mesh) const {
+  double cleared = 0;
+  if (empty() || std::ranges::find(guide_, true) == guide_.end()) return cleared;
+  uint32_t hint = UINT32_MAX;
+  for (size_t f = 0; f < mesh.creases.size(); ++f)
+    for (size_t s = 0; s < 4; ++s) {
+      if ((mesh.creases[f] >> s & 1) == 0) continue;
+      const Vec3d &a = mesh.positions[mesh.quads[f][s]], &b = mesh.positions[mesh.quads[f][(s + 1) & 3]];
+      hint = tree_->nearest(0.5 * (a + b), hint).triangle;
+      if (!guide_[tree_->indexOf(hint)]) continue;
+      mesh.creases[f] = static_cast<uint8_t>(mesh.creases[f] & ~(1 << s));
+      cleared += 0.5 * (b - a).norm();  // a side of two quads
+    }
+  return cleared;
+}
+
 void CreaseMap::mark(QuadMesh& mesh, const NearestTriangle& tree) const {
   mesh.creases.assign(mesh.quads.size(), 0);
   if (empty()) return;
@@ -184,6 +276,7 @@ void CreaseMap::mark(QuadMesh& mesh, const NearestTriangle& tree) const {
       if (votes[i].second > most) most = votes[i].second, face[f] = votes[i].first;
   }
   tidyFaces(cells, face);
+  joinMeetings(cells, mesh, face);
   for (uint32_t side = 0; side < cells.across.size(); ++side)
     if (face[side / 4] != face[cells.across[side]])
       mesh.creases[side / 4] = static_cast<uint8_t>(mesh.creases[side / 4] | 1 << side % 4);

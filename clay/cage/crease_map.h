@@ -7,6 +7,7 @@
 #include <set>
 #include <vector>
 
+#include "clay/cage/guide_ways.h"
 #include "clay/cage/quad_mesh.h"
 #include "clay/mesh/nearest_triangle.h"
 #include "clay/surface/surface.h"
@@ -28,8 +29,11 @@ class CreaseMap {
   /// Of a surface of the fine grade with normals, and the mesh that it gives, for cages with edges of about `evenMm`:
   /// short lines and narrow faces are left out, and so is what ends within a face. Throws Error for a surface that is
   /// not closed.
-  /// `end`: what lies in that plane is a face whatever turns beside it.
-  CreaseMap(const Surface& fine, const TriangleMesh& mesh, double evenMm, const std::optional<EndPlane>& end = {});
+  /// `end`: what lies in that plane is a face whatever turns beside it. `guides`: what lies on either side of such a
+  /// curve are two faces as well, and the curve is a crease between them until clearGuides(). One of which some place
+  /// lies farther than a quarter of `evenMm` from the surface is left out, and so is a face that is too narrow.
+  CreaseMap(const Surface& fine, const TriangleMesh& mesh, double evenMm, const std::optional<EndPlane>& end = {},
+            const std::vector<GuideLoop>& guides = {});
   CreaseMap(const CreaseMap&) = delete;
   CreaseMap& operator=(const CreaseMap&) = delete;
 
@@ -51,14 +55,22 @@ class CreaseMap {
   /// it lies on, and creases are what lies between two faces. So they are closed networks. `tree` searches the mesh
   /// that this was made of.
   void mark(QuadMesh& mesh, const NearestTriangle& tree) const;
+  /// Guides that lie on the surface: how many, and how long they are in all.
+  [[nodiscard]] size_t guides() const { return guides_; }
+  [[nodiscard]] double guidesMm() const { return guidesMm_; }
+  /// Edges that follow guides and no crease are creases no longer. How long they are, mm.
+  double clearGuides(QuadMesh& mesh) const;
 
  private:
   void findCorners(const std::vector<std::set<uint32_t>>& faces);
+  void joinMeetings(const SurfaceCells& cells, const QuadMesh& mesh, std::vector<uint32_t>& face) const;
 
-  TriangleMesh pieces_;         // triangles without area
-  std::vector<uint32_t> face_;  // of each triangle of the surface
-  std::vector<Vec3d> corners_;
-  size_t meetings_ = 0;
+  TriangleMesh pieces_;                     // triangles without area
+  std::vector<bool> guide_;                 // of each: it follows a guide and no crease
+  std::vector<uint32_t> face_;              // of each triangle of the surface
+  std::vector<Vec3d> corners_, crossings_;  // crossings: where four faces meet and more
+  size_t meetings_ = 0, guides_ = 0;
+  double guidesMm_ = 0;
   std::unique_ptr<NearestTriangle> tree_;
 };
 

@@ -77,6 +77,7 @@ struct TriedCages {
     CoarseCage cage;
     double cost = INFINITY;
     size_t folds = 0;
+    WishesMet met;
   };
   std::vector<Tried> cages;
 
@@ -103,26 +104,28 @@ struct TriedCages {
       const int left = i < tries ? tries : mostTries;
       const WorkPart own = part.part(double(i) / left, double(i + 1) / left);
       CoarseCage made = maker.make(own.part(0, 0.3));
+      const WishesMet met = maker.settle(made.mesh);
       const PatchSurface surface =
           fittedNet(made.mesh, maker.surface(), maker.tree(), maker.creases(), kTry, threads, own.part(0.3, 0.8));
       const PatchDeviation deviation = deviationOf(surface, maker.surface(), kTrySpan, threads, own.part(0.8, 0.9));
       folded = folded && !deviation.foldsMm.empty();
-      cages.push_back({std::move(made), costOf(deviation), deviation.foldsMm.size()});
+      cages.push_back({std::move(made), costOf(deviation), deviation.foldsMm.size(), met});
       maker.refine(offOf(maker, surface));
       own.step(1);
     }
   }
 };
 
-FittedPatches fitted(const Version& version, size_t most, double limitMm, int threads, const WorkPart& part) {
+FittedPatches fitted(const Version& version, size_t most, double limitMm, int threads, const WorkPart& part,
+                     const CageWishes& wishes) {
   TriedCages tried;
-  CageMaker maker(version, most, true, threads, part.part(0, 0.05));
+  CageMaker maker(version, most, true, threads, part.part(0, 0.05), {}, wishes);
   const bool creased = !maker.creases().empty();
   tried.take(creased, maker, kTries, kMostTries, threads, part.part(0.05, creased ? 0.45 : 0.6));
   if (creased &&
       (tried.none() || !std::isfinite(tried.cages.front().cost) || tried.cages.front().folds >= kMostFarPlaces)) {
     // Creases that cannot be drawn without folds wherever one looks are rounded.
-    CageMaker smooth(version, most, false, threads, part.part(0.45, 0.5));
+    CageMaker smooth(version, most, false, threads, part.part(0.45, 0.5), {}, wishes);
     TriedCages others;
     others.take(!tried.none(), smooth, kTries, kTries, threads, part.part(0.5, 0.6));
     std::move(others.cages.begin(), others.cages.end(), std::back_inserter(tried.cages));
@@ -155,6 +158,7 @@ FittedPatches fitted(const Version& version, size_t most, double limitMm, int th
     least = cost;
     result.irregular = QuadTopology(each.cage.mesh).irregular();
     result.cage = std::move(each.cage);
+    result.met = each.met;
     result.surface = std::move(surface);
     result.deviation = std::move(deviation);
   }
@@ -164,14 +168,15 @@ FittedPatches fitted(const Version& version, size_t most, double limitMm, int th
 
 }  // namespace
 
-FittedPatches fitPatches(const Version& version, size_t most, int threads, const WorkPart& part) {
-  return fitted(version, most, HUGE_VAL, threads, part);
+FittedPatches fitPatches(const Version& version, size_t most, int threads, const WorkPart& part,
+                         const CageWishes& wishes) {
+  return fitted(version, most, HUGE_VAL, threads, part, wishes);
 }
 
 // The farthest place comes nearer about as the count of quads grows (NOTES.md, "Within an error"). A step that met the
 // error is halved against the last one that did not, as far as it pays.
 FittedPatches fitPatchesWithin(const Version& version, double errorMm, size_t most, int threads, const WorkPart& part,
-                               std::vector<PatchTry>& tries) {
+                               std::vector<PatchTry>& tries, const CageWishes& wishes) {
   if (!(errorMm > 0) || !std::isfinite(errorMm)) throw Error("the error of patches is a length above zero");
   FittedPatches best;
   double bestMissed = HUGE_VAL;  // above 1: not within
@@ -180,7 +185,7 @@ FittedPatches fitPatchesWithin(const Version& version, double errorMm, size_t mo
     const WorkPart own = part.part(double(i) / kMostCounts, double(i + 1) / kMostCounts);
     size_t next = 0;
     try {
-      FittedPatches now = fitted(version, quads, errorMm, threads, own);
+      FittedPatches now = fitted(version, quads, errorMm, threads, own, wishes);
       tries.push_back({now.surface.patches.size(), now.deviation.mostMm(), now.deviation.boundMm});
       const double missed = std::max(tries.back().mostMm, tries.back().boundMm) / errorMm;
       // Of those within it the fewest, else the nearest.

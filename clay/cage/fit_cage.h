@@ -13,12 +13,14 @@ struct FittedPatches {
   CoarseCage cage;
   size_t irregular = 0;  ///< Vertices of the cage where other than four quads meet.
   PatchDeviation deviation;
+  WishesMet met;
 };
 
 /// A cage of at most `most` quads, and one patch for each, as near to the clay as they come. The cage is made three
 /// times, each finer where the fit before lay off, and the best is fitted to the end. The same for any count of
 /// threads. Throws as coarseCage(). Cost: 30 to 50 ms a quad.
-[[nodiscard]] FittedPatches fitPatches(const Version& version, size_t most, int threads, const WorkPart& part);
+[[nodiscard]] FittedPatches fitPatches(const Version& version, size_t most, int threads, const WorkPart& part,
+                                       const CageWishes& wishes = {});
 
 /// A count of quads that was tried.
 struct PatchTry {
@@ -30,6 +32,7 @@ struct PatchTry {
 /// finds, `most` at most. Where that many do not reach it, those that come nearest, with `deviation.far`. `tries`: in
 /// the order in which they were made. Throws as fitPatches(). Cost: that of each try.
 [[nodiscard]] FittedPatches fitPatchesWithin(const Version& version, double errorMm, size_t most, int threads,
-                                             const WorkPart& part, std::vector<PatchTry>& tries);
+                                             const WorkPart& part, std::vector<PatchTry>& tries,
+                                             const CageWishes& wishes = {});
 
 }  // namespace argil::clay

@@ -198,11 +198,11 @@ void evenOut(QuadMesh& mesh, const CageMaker& maker, int halvings, const WorkPar
 }
 
 std::optional<FlatQuads> mirroredCage(const Version& version, size_t most, std::unique_ptr<CageMaker>& maker,
-                                      int threads, const WorkPart& part);
+                                      int threads, const WorkPart& part, const CageWishes& wishes);
 
 // The quads, not yet where they fit best. `end`: of the half of a clay; what lies there does not count.
 FlatQuads drawn(const Version& version, size_t most, bool maybeMirrored, const std::optional<EndPlane>& end,
-                int threads, const WorkPart& part) {
+                int threads, const WorkPart& part, const CageWishes& wishes) {
   const size_t least = end ? kLeastToHalve / 2 : kLeastToHalve;
   FlatQuads out;
   out.halvings = kMostHalvings + 1;
@@ -213,9 +213,9 @@ FlatQuads drawn(const Version& version, size_t most, bool maybeMirrored, const s
     const WorkPart step = part.part(kShareOfCage * done, kShareOfCage * until);
     const size_t few = most >> (2 * out.halvings);
     try {
-      out.maker = std::make_unique<CageMaker>(version, few, true, threads, step.part(0, 0.3), end);
+      out.maker = std::make_unique<CageMaker>(version, few, true, threads, step.part(0, 0.3), end, wishes);
       if (std::exchange(maybeMirrored, false))
-        if (std::optional<FlatQuads> both = mirroredCage(version, most, out.maker, threads, step.part(0.3, 1)))
+        if (std::optional<FlatQuads> both = mirroredCage(version, most, out.maker, threads, step.part(0.3, 1), wishes))
           return std::move(*both);
       if (out.halvings > 0 && double(few) < -kQuadsAHandle * double(out.maker->shape())) continue;
       out.mesh = cageOf(*out.maker, few, end, out.halvings > 0, threads, step.part(0.3, 1));
@@ -237,7 +237,7 @@ FlatQuads drawn(const Version& version, size_t most, bool maybeMirrored, const s
 
 // `maker` is of the whole clay; taken where its clay is a mirror image of itself.
 std::optional<FlatQuads> mirroredCage(const Version& version, size_t most, std::unique_ptr<CageMaker>& maker,
-                                      int threads, const WorkPart& part) {
+                                      int threads, const WorkPart& part, const CageWishes& wishes) {
   const Grid& grid = version.grid();
   const std::optional<MirrorPlane> plane = mirrorPlaneOf(maker->surface(), maker->tree(), kMirrored * grid.voxelMm);
   if (!plane) return std::nullopt;
@@ -251,7 +251,7 @@ std::optional<FlatQuads> mirroredCage(const Version& version, size_t most, std::
   FlatQuads half;
   try {
     half = drawn(cut(version, PlaneDivider(point, normal), true, Store::make(), nullptr, threads), most / 2, false, end,
-                 threads, part.part(0, kShareOfHalf));
+                 threads, part.part(0, kShareOfHalf), wishes);
   } catch (const Cancelled&) {
     throw;
   } catch (const Error&) {
@@ -273,24 +273,27 @@ std::optional<FlatQuads> mirroredCage(const Version& version, size_t most, std::
   return out;
 }
 
-FlatQuads fitted(const Version& version, size_t most, bool mirrored, int threads, const WorkPart& part) {
-  FlatQuads out = drawn(version, most, mirrored, {}, threads, part.part(0, kShareOfFit));
+FlatQuads fitted(const Version& version, size_t most, bool mirrored, int threads, const WorkPart& part,
+                 const CageWishes& wishes) {
+  FlatQuads out = drawn(version, most, mirrored, {}, threads, part.part(0, kShareOfFit), wishes);
   unfoldQuads(out.mesh, out.maker->surface(), out.maker->tree(), out.maker->creases(),
               part.part(kShareOfFit, kShareOfFit));
   fitQuads(out.mesh, out.maker->surface(), out.maker->tree(), out.maker->creases(), threads, part.part(kShareOfFit, 1));
   if (out.mirror) makeMirrored(out.mesh, out.image, *out.mirror);
+  out.met = out.maker->settle(out.mesh);
   return out;
 }
 
 }  // namespace
 
-FlatQuads flatQuads(const Version& version, size_t most, bool mirrored, int threads, const WorkPart& part) {
+FlatQuads flatQuads(const Version& version, size_t most, bool mirrored, int threads, const WorkPart& part,
+                    const CageWishes& wishes) {
   const double enough = kTooFar * std::sqrt(areaOf(version) / double(most)) * version.grid().voxelMm;
   FlatQuads out;
   std::exception_ptr refused;
   double farthest = HUGE_VAL, least = 1;  // mm off; times as many quads are too few
   try {
-    out = fitted(version, most, mirrored, threads, part.part(0, kShareOfFirst));
+    out = fitted(version, most, mirrored, threads, part.part(0, kShareOfFirst), wishes);
     farthest = distanceOf(out.mesh, *out.maker).most;
     if (farthest <= enough) return out;
     // Twice the quads bring the farthest place about twice as near.
@@ -308,7 +311,7 @@ FlatQuads flatQuads(const Version& version, size_t most, bool mirrored, int thre
     };
     try {
       FlatQuads finer = fitted(version, static_cast<size_t>(kMore[i] * double(most)), mirrored, threads,
-                               part.part(until(i), until(i + 1)));
+                               part.part(until(i), until(i + 1)), wishes);
       if (distanceOf(finer.mesh, *finer.maker).most > enough) continue;
       finer.tooFarMm = farthest;
       return finer;

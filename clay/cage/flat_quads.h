@@ -22,6 +22,7 @@ struct FlatQuads {
   /// As many quads as were asked for would lie so far off the clay, mm, infinite where they do not go around it: more
   /// were drawn. 0: not so.
   double tooFarMm = 0;
+  WishesMet met;
 };
 
 /// At most `most` quads around a clay, of its shape: the best of two or four layouts, which differ in irregular
@@ -31,7 +32,7 @@ struct FlatQuads {
 /// mirrored, if that can be. Throws as CageMaker. Cost: some seconds, mirrored twice as many. The same for any count of
 /// threads. Where these do not go around the clay, leave a part of it out by more than the length of an even edge, or
 /// lie as far off it (thin walls, limbs, many handles), up to four times as many are drawn until none do.
-[[nodiscard]] FlatQuads flatQuads(const Version& version, size_t most, bool mirrored, int threads,
-                                  const WorkPart& part);
+[[nodiscard]] FlatQuads flatQuads(const Version& version, size_t most, bool mirrored, int threads, const WorkPart& part,
+                                  const CageWishes& wishes = {});
 
 }  // namespace argil::clay

@@ -12,7 +12,7 @@
 #include "clay/cage/fit_cage.h"
 #include "clay/cage/fit_quads.h"
 #include "clay/cage/quad_web.h"
-#include "clay/cage/surface_faces.h"
+#include "clay/mesh/surface_faces.h"
 #include "clay/field/primitives.h"
 #include "clay/store/store.h"
 #include "clay/surface/surface.h"

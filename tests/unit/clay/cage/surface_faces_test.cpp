@@ -7,7 +7,7 @@
 
 #include "clay/base/error.h"
 #include "clay/base/joined_sets.h"
-#include "clay/cage/surface_faces.h"
+#include "clay/mesh/surface_faces.h"
 
 namespace argil::clay {
 namespace {

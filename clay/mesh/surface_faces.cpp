@@ -1,4 +1,4 @@
-#include "clay/cage/surface_faces.h"
+#include "clay/mesh/surface_faces.h"
 
 #include <algorithm>
 #include <array>
