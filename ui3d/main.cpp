@@ -146,6 +146,10 @@ int run(int argc, char** argv) {
   convertVerb->add_option(
       "--quads", convert.quads,
       "OBJ and GLB: quads in place of triangles, so many at most a piece, or more where these would lie too far off");
+  convertVerb->add_flag("--along-guides", convert.alongGuides,
+                        "Edges of quads and smooth faces follow the closed curves among the document's guides");
+  convertVerb->add_option("--mask-density", convert.maskDensity,
+                          "So many times as many quads or smooth faces a mm² where the clay is masked, 0.0625 to 16");
   convertVerb->add_flag("--mirror", convert.mirror,
                         "With --quads: mirror images on both sides of a plane that mirrors the clay");
   convertVerb->add_option(

@@ -61,7 +61,7 @@ class CageMaker {
   [[nodiscard]] WishesMet settle(QuadMesh& mesh) const;
   /// Sizes become smaller where what was fitted to a cage lies off by more than elsewhere, mm at each vertex of the
   /// surface, and larger where by less.
-  void refine(const std::vector<float>& off);
+  void refine(std::vector<float> off);
   [[nodiscard]] const std::vector<float>& sizes() const { return sizes_; }
   /// What cages lie on, with these sizes or others.
   [[nodiscard]] WebGround ground(const std::vector<float>& sizes) const {
@@ -85,6 +85,7 @@ class CageMaker {
   std::optional<CreaseMap> creases_;
   QuadMesh fine_;
   std::vector<float> sizes_, walls_;
+  double maskDensity_ = 1;
   std::vector<uint8_t> masks_;                      // of vertices of the surface, where that counts
   mutable std::mutex mutex_;                        // guards this
   mutable std::optional<SharedCoarsening> shared_;  // with these sizes

@@ -2,11 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <deque>
+#include <iterator>
 
 #include "clay/base/error.h"
 #include "clay/cage/fit_cage.h"
 #include "clay/field/region_work.h"
+#include "engine/models/quad_wishes.h"
 #include "io/cad/iges_file.h"
 #include "io/cad/step_file.h"
 
@@ -29,9 +32,11 @@ std::vector<std::string> writeCad(const std::filesystem::path& file, const Docum
     const double from = 0.9 * double(i) / double(pieces.size()), to = 0.9 * double(i + 1) / double(pieces.size());
     const int threads = clay::threadCount(0);
     std::vector<clay::PatchTry> tries;
-    fitted.push_back(what.cadErrorMm ? clay::fitPatchesWithin(piece.version, *what.cadErrorMm, what.cadQuads, threads,
-                                                              all.part(from, to), tries)
-                                     : clay::fitPatches(piece.version, what.cadQuads, threads, all.part(from, to)));
+    const clay::CageWishes wishes = wishesFor(document, piece, what);
+    fitted.push_back(what.cadErrorMm
+                         ? clay::fitPatchesWithin(piece.version, *what.cadErrorMm, what.cadQuads, threads,
+                                                  all.part(from, to), tries, wishes)
+                         : clay::fitPatches(piece.version, what.cadQuads, threads, all.part(from, to), wishes));
     const clay::FittedPatches& made = fitted.back();
     io::CadBody body{piece.name, &made.surface};
     body.pose.linear() = piece.pose.rotation.toRotationMatrix();
@@ -44,6 +49,7 @@ std::vector<std::string> writeCad(const std::filesystem::path& file, const Docum
         "{:.2g}); from the clay to them {:.2g}, {:.2g}, {:.2g}; {} corners where other than four meet.",
         piece.name, made.surface.patches.size(), there.rms, there.p99, there.max, made.deviation.boundMm, back.rms,
         back.p99, back.max, made.irregular));
+    std::ranges::move(wishWords(document, piece, what, made.met), std::back_inserter(sentences));
     const auto placesOf = [&](const auto& places, const auto& told) {
       std::string text;
       for (const auto& each : places) text += (text.empty() ? "" : ", ") + told(each);

@@ -135,6 +135,15 @@ PreparedClay makeClay(std::shared_ptr<clay::Store> store, const Script& script, 
 PreparedClay prepareClay(std::shared_ptr<clay::Store> store, const Script& script, const PrepareOptions& options) {
   PreparedClay prepared = makeClay(std::move(store), script, options);
   if (script.quality) prepared.document.quality = script.quality->strokes;
+  // Seen alone: the script's own are what its hands feel.
+  for (const GuideSetup& each : script.guides) {
+    if (each.kind != GuideSetup::Kind::lockToCurve && each.kind != GuideSetup::Kind::wellAtCurve) continue;
+    Guide curve;
+    curve.kind = Guide::Kind::curve;
+    curve.pointsMm = each.pointsMm;
+    curve.closed = each.closed;
+    prepared.document.add(std::move(curve));
+  }
   return prepared;
 }
 

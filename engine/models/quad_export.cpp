@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <span>
 #include <utility>
 
@@ -18,6 +19,7 @@
 #include "clay/unwrap/charts.h"
 #include "clay/unwrap/unwrap.h"
 #include "engine/models/model_colours.h"
+#include "engine/models/quad_wishes.h"
 #include "io/models/mesh_writer.h"
 #include "io/textured/png.h"
 #include "io/textured/textured_mesh.h"
@@ -42,10 +44,11 @@ std::array<uint8_t, 3> colourAt(const clay::TriangleMesh& surface, const std::ve
   return {part(&io::Colour::red), part(&io::Colour::green), part(&io::Colour::blue)};
 }
 
-io::TexturedObject objectOf(const Piece& piece, const ModelExport& what, const clay::WorkPart& part, Job* job,
-                            std::vector<std::string>& sentences) {
+io::TexturedObject objectOf(const Document& document, const Piece& piece, const ModelExport& what,
+                            const clay::WorkPart& part, Job* job, std::vector<std::string>& sentences) {
   const int threads = clay::threadCount(0);
-  clay::FlatQuads quads = clay::flatQuads(piece.version, *what.quads, what.mirrored, threads, part.part(0, 0.55));
+  clay::FlatQuads quads = clay::flatQuads(piece.version, *what.quads, what.mirrored, threads, part.part(0, 0.55),
+                                          wishesFor(document, piece, what));
   const clay::CageMaker& maker = *quads.maker;
   io::TexturedObject out;
   out.name = piece.name;
@@ -76,6 +79,7 @@ io::TexturedObject objectOf(const Piece& piece, const ModelExport& what, const c
         "; not mirrored: no plane across an axis of the piece mirrors its clay within two voxels, or its half "
         "could not be joined to its image";
   sentences.push_back(shape + ".");
+  std::ranges::move(wishWords(document, piece, what, quads.met), std::back_inserter(sentences));
   if (what.texturePixels > 0) {
     std::vector<io::Colour> colours;
     {
@@ -122,7 +126,7 @@ std::vector<std::string> writeQuads(const std::filesystem::path& file, const Doc
   std::vector<std::string> sentences;
   for (size_t i = 0; i < pieces.size(); ++i)
     objects.push_back(
-        objectOf(*pieces[i], what,
+        objectOf(document, *pieces[i], what,
                  all.part(0.95 * double(i) / double(pieces.size()), 0.95 * double(i + 1) / double(pieces.size())), job,
                  sentences));
   const std::vector<std::string> names = io::writeTextured(file, objects, job);

@@ -44,7 +44,9 @@ constexpr std::array kFields{
                 "The axis of an import that points up; custom: y for OBJ and OFF, z for the others. Left out: z."},
     ScriptField{"setup", "material", "object", "How the clay feels to a hand; see below."},
     ScriptField{"setup", "materials", "list", "Rows 1, 2, ... that the material tool lays, at most 254."},
-    ScriptField{"setup", "guides", "list", "What a hand is held or drawn by; see below."},
+    ScriptField{"setup", "guides", "list",
+                "What a hand is held or drawn by; see below. Curves are kept in the document, where quads can follow "
+                "them."},
     ScriptField{"block", "size_mm", "[x, y, z], each more than 0", "Edges. Needed."},
     ScriptField{"block", "round_mm", "0 to half of the shortest edge", "Radius of rounded edges. Left out: 0."},
     ScriptField{"block", "centre_mm", "[x, y, z]", "Left out: zero."},

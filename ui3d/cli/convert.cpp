@@ -49,6 +49,8 @@ engine::ModelExport exportOf(const ConvertOptions& options, const std::vector<io
   if (options.quads) how.quads = static_cast<size_t>(*options.quads);
   if (options.textures) how.texturePixels = *options.textures;
   how.mirrored = options.mirror;
+  how.alongGuides = options.alongGuides;
+  how.maskDensity = options.maskDensity;
   how.recentre = options.recentre;
   how.putBack = options.putBack;
   if (options.reduce) {
@@ -157,6 +159,10 @@ void convert(const ConvertOptions& options) {
     throw Error(fmt::format("--faces {}: give 24 to 20000", *options.faces));
   if (options.textures && !options.quads) throw Error("--textures: give --quads too");
   if (options.mirror && !options.quads) throw Error("--mirror: give --quads too");
+  if (options.alongGuides && !options.quads && !toCad) throw Error("--along-guides: give --quads too");
+  if (options.maskDensity != 1 && !options.quads && !toCad) throw Error("--mask-density: give --quads too");
+  if (!(options.maskDensity >= 1.0 / 16 && options.maskDensity <= 16))
+    throw Error(fmt::format("--mask-density {:g}: give 0.0625 to 16", options.maskDensity));
   if (options.quads) {
     if (!io::holdsTextures(options.output))
       throw Error(fmt::format("{}: --quads is for .obj and .glb; leave it out", options.output.string()));

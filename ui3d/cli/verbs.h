@@ -48,6 +48,8 @@ struct ConvertOptions {
   std::optional<double> reduce;             ///< To so many triangles at most, or below 1 to that part of them.
   std::optional<double> errorMm;            ///< To as few triangles as keep within this.
   std::optional<int> faces;                 ///< STEP: smooth faces at most.
+  bool alongGuides = false;                 ///< Edges of quads and faces follow closed curves among the guides.
+  double maskDensity = 1;                   ///< So many times as many of them lie where the clay is masked.
   bool mirror = false;                      ///< Quads on both sides of the clay's mirror plane are images.
   std::optional<int> quads, textures;       ///< OBJ and GLB: quads at most; pixels a side of pictures on them.
   bool guides = false;                      ///< Of a CAD model's faces, in the document.

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 #include <regex>
 #include <sstream>
@@ -153,6 +154,39 @@ TEST_F(Cad, QuadsComeWithPicturesOfTheClay) {
       {"convert", file, (scratch_ / "out.glb").string(), "--for", "textured", "--quads", "60", "--textures", "64"});
   ASSERT_EQ(packed.code, 0) << packed.err;
   EXPECT_NE(slurp(scratch_ / "out.glb").find("normalTexture"), std::string::npos);
+}
+
+TEST_F(Cad, QuadsFollowGuidesAndLieCloserWhereItIsMasked) {
+  std::ofstream script(scratch_ / "script.json");
+  script << R"({"argil": 1, "units": "mm", "setup": [{"sphere": {"radius_mm": 15}}, {"voxel_mm": 0.5}, {"guides": [)"
+         << R"({"guide": "lock_to_curve", "closed": true, "points": [)";
+  for (int i = 0; i < 24; ++i)
+    script << (i ? ", " : "") << "[" << 15 * std::cos(i * 0.2617994) << ", " << 15 * std::sin(i * 0.2617994) << ", 0]";
+  script << R"(]}]}], "strokes": [{"tool": "mask", "radius_mm": 14, "path": [[0, 0, 0, 15], [1, 1, 0, 15]]}]})";
+  script.close();
+  const std::string file = (scratch_ / "ball.argil").string();
+  const Outcome made = argil({"sculpt", (scratch_ / "script.json").string(), "-o", file});
+  ASSERT_EQ(made.code, 0) << made.err;
+  for (const std::string output : {"ball.obj", "ball.step"}) {
+    const bool cad = output == "ball.step";
+    const Outcome said = argil({"convert", file, (scratch_ / output).string(), cad ? "--faces" : "--quads", "150",
+                                "--along-guides", "--mask-density", "4"});
+    ASSERT_EQ(said.code, 0) << said.err;
+    std::smatch found;
+    ASSERT_TRUE(std::regex_search(said.out, found, std::regex("edges follow (\\d+) % of 1 closed curve, 94")))
+        << said.out;
+    EXPECT_GE(std::stoi(found[1]), 95);
+    ASSERT_TRUE(std::regex_search(said.out, found, std::regex("where it is masked lie ([0-9.]+) times as many")))
+        << said.out;
+    EXPECT_GT(std::stod(found[1]), 1.8);
+  }
+  const Outcome plain = argil({"convert", file, (scratch_ / "plain.obj").string(), "--quads", "150"});
+  EXPECT_EQ(plain.out.find("follow"), std::string::npos) << plain.out;
+  EXPECT_EQ(plain.out.find("masked"), std::string::npos) << plain.out;
+  expectRefused(file, {"out.stl", "--along-guides"});
+  expectRefused(file, {"out.obj", "--quads", "150", "--mask-density", "0"});
+  expectRefused(file, {"out.obj", "--quads", "150", "--mask-density", "17"});
+  expectRefused(file, {"out.ply", "--mask-density", "2"});
 }
 
 TEST_F(Cad, BadWordsAboutQuadsAreOneLineAndLeaveNothing) {

@@ -86,6 +86,15 @@ size_t cadFiles(const ExportChoice& choice) {
                               [](const std::string& ending) { return io::isCad("a" + ending); }));
 }
 
+// What is wished of quads and smooth faces beside their count.
+void wishes(ExportChoice& choice) {
+  kit::toggle("Along guides", choice.alongGuides,
+              "Their edges follow the closed curves among the guides that are shown, where these lie on the clay.");
+  kit::number({"density", "Where masked", "So many times as many for each mm²: paint what matters with the mask tool.",
+               "×", 0.0625, 16, 1, true},
+              choice.maskDensity);
+}
+
 void reduction(ExportChoice& choice) {
   static constexpr std::array<std::string_view, 4> kHow{"All", "To a count", "Within an error", "Quads"};
   kit::dimText("Triangles");
@@ -102,6 +111,7 @@ void reduction(ExportChoice& choice) {
               choice.quads);
   kit::toggle("Mirrored", choice.mirrored,
               "Where the clay is the same on both sides of a plane across an axis of its piece, its quads are too.");
+  wishes(choice);
   static constexpr std::array<std::string_view, 4> kTextures{"None", "1024", "2048", "4096"};
   kit::dimText("Textures: the clay's normals, colours and heights, pixels a side");
   kit::segmented("textures", kTextures, choice.textures);
@@ -120,6 +130,7 @@ void smoothFaces(ExportChoice& choice) {
                  "Both ways, with its bound; as few faces as a handful of tries finds. Places beyond it are told.",
                  "mm", 0.001, 10, 0.05, true},
                 choice.smoothErrorMm);
+  wishes(choice);
 }
 
 // Why it cannot be written; empty: it can.
@@ -158,6 +169,8 @@ engine::ModelExport optionsOf(const Context& context, const ExportChoice& choice
     options.cadQuads = engine::kMostFacesWithin;
     options.cadErrorMm = choice.smoothErrorMm;
   }
+  options.alongGuides = choice.alongGuides;
+  options.maskDensity = choice.maskDensity;
   options.recentre = choice.recentre;
   options.putBack = choice.putBack && cameFromElsewhere(context);
   options.draco = choice.draco;

@@ -72,9 +72,11 @@ struct ExportChoice {
   int what = 0;    ///< 0 what is visible, 1 every piece, 2 the selected one.
   int reduce = 0;  ///< 0 no, 1 to a count, 2 within an error, 3 quads.
   double thousandTriangles = 200, errorMm = 0.05, quads = 4000;
-  bool mirrored = false;  ///< Of quads.
-  int textures = 2;       ///< Pictures on quads: 0 none, then 1024, 2048, 4096 pixels.
-  int smooth = 0;         ///< Faces for CAD: 0 to a count, 1 within an error.
+  bool mirrored = false;     ///< Of quads.
+  bool alongGuides = false;  ///< Of quads and faces.
+  double maskDensity = 1;    ///< The same.
+  int textures = 2;          ///< Pictures on quads: 0 none, then 1024, 2048, 4096 pixels.
+  int smooth = 0;            ///< Faces for CAD: 0 to a count, 1 within an error.
   double faces = 500, smoothErrorMm = 0.05;
   int surface = 0;  ///< 0 fine, 1 draft.
   bool recentre = false, putBack = false, draco = false;

@@ -178,6 +178,9 @@ TEST(QuadWishes, MoreQuadsLieWhereTheClayIsMasked) {
     else
       EXPECT_NEAR(std::log(made.met.maskDensity) / std::log(density), 1, 0.35);
   }
+  // Nor do the rounds in which smooth faces come nearer take it back.
+  wishes.maskDensity = 4;
+  EXPECT_GT(fitPatches(clay, 200, 2, WorkPart(nullptr), wishes).met.maskDensity, 2.5);
   for (const double density : {0.0, 17.0, -1.0, double(NAN)}) {
     wishes.maskDensity = density;
     EXPECT_THROW((void)flatQuads(clay, 400, false, 1, WorkPart(nullptr), wishes), Error);
