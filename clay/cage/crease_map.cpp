@@ -24,8 +24,9 @@ constexpr double kOneCorner = 1.5;                   // pieces
 constexpr double kOnePlace = 0.01;                   // of the mean side
 constexpr double kPlaces[][2] = {{0.5, 0.5}, {0.25, 0.25}, {0.75, 0.25}, {0.75, 0.75}, {0.25, 0.75}};  // of a quad
 constexpr double kNearCrossing = 3;                                                                    // sides of quads
-constexpr double kGuideOff = 0.25;  // even edges: a guide that leaves the surface by more is none
-constexpr double kParallel = 0.05;  // squared sine of an angle
+constexpr double kGuideOffOfLength = 0.02;  // and than of its own length
+constexpr double kGuideOff = 0.25;          // even edges: a guide that leaves the surface by more is none
+constexpr double kParallel = 0.05;          // squared sine of an angle
 
 const float kLeastCosine = static_cast<float>(std::cos(kCreaseDegrees / 180 * std::numbers::pi));
 
@@ -83,9 +84,11 @@ CreaseMap::CreaseMap(const Surface& fine, const TriangleMesh& mesh, double evenM
   if (!guides.empty()) {
     GuideWays ways(mesh, cells, bent, mean);
     for (const GuideLoop& guide : guides) {
-      const std::optional<GuideWay> way = ways.along(guide, std::max(kGuideOff * evenMm, 2 * mean));
-      guides_ += way ? 1 : 0;
-      for (size_t i = 0; way && i < guide.size(); ++i) guidesMm_ += (guide[(i + 1) % guide.size()] - guide[i]).norm();
+      double length = 0;
+      for (size_t i = 0; i < guide.size(); ++i) length += (guide[(i + 1) % guide.size()] - guide[i]).norm();
+      const double off = std::max({kGuideOff * evenMm, kGuideOffOfLength * length, 2 * mean});
+      const std::optional<GuideWay> way = ways.along(guide, off);
+      if (way) ++guides_, guidesMm_ += length;
       for (size_t i = 0, n = way ? way->vertices.size() : 0; i < n; ++i) {
         const uint32_t a = way->vertices[i], b = way->vertices[(i + 1) % n];
         const Vec3d along = way->places[(i + 1) % n] - way->places[(i + n - 1) % n];

@@ -31,7 +31,8 @@ class CreaseMap {
   /// not closed.
   /// `end`: what lies in that plane is a face whatever turns beside it. `guides`: what lies on either side of such a
   /// curve are two faces as well, and the curve is a crease between them until clearGuides(). One of which some place
-  /// lies farther than a quarter of `evenMm` from the surface is left out, and so is a face that is too narrow.
+  /// lies farther from the surface than a quarter of `evenMm`, and than a fiftieth of its length, is left out, and so
+  /// is a face that is too narrow.
   CreaseMap(const Surface& fine, const TriangleMesh& mesh, double evenMm, const std::optional<EndPlane>& end = {},
             const std::vector<GuideLoop>& guides = {});
   CreaseMap(const CreaseMap&) = delete;

@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kRounds = 5;
 constexpr std::array kPlaces = {1.0 / 6, 0.5, 5.0 / 6};
-constexpr size_t kOfQuad = kPlaces.size() * kPlaces.size();
+constexpr size_t kWithin = kPlaces.size() * kPlaces.size(), kOfQuad = kWithin + 4;  // and its corners
 constexpr double kFar = 0.5;             // of the RMS: what lies off by more counts more,
 constexpr double kMostFar = 20;          // by its distance, up to so many times
 constexpr double kAlong = 0.02;          // of a place's weight: how much a vertex is held along the surface
@@ -54,8 +54,13 @@ struct Off {
   double mm = 0;
 };
 
-// On the two triangles of a quad; `turned`: along its other diagonal.
+// On the two triangles of a quad; `turned`: along its other diagonal. At the end its corners.
 std::array<double, 4> weightsOf(size_t place, bool turned) {
+  if (place >= kWithin) {
+    std::array<double, 4> weights{};
+    weights[place - kWithin] = 1;
+    return weights;
+  }
   double u = kPlaces[place % kPlaces.size()], v = kPlaces[place / kPlaces.size()];
   if (turned) std::tie(u, v) = std::pair(v, 1 - u);
   const double least = std::min(u, v);
@@ -64,8 +69,10 @@ std::array<double, 4> weightsOf(size_t place, bool turned) {
   return weights;
 }
 
-std::vector<Off> offOf(const QuadMesh& mesh, const TriangleMesh& surface, const NearestTriangle& tree, int threads) {
-  std::vector<Off> out(kOfQuad * mesh.quads.size());
+std::vector<Off> offOf(const QuadMesh& mesh, bool corners, const TriangleMesh& surface, const NearestTriangle& tree,
+                       int threads) {
+  const size_t ofQuad = corners ? kOfQuad : kWithin;
+  std::vector<Off> out(ofQuad * mesh.quads.size());
   parallelBlocks(
       mesh.quads.size(), threads,
       [&](size_t begin, size_t end) {
@@ -74,7 +81,7 @@ std::vector<Off> offOf(const QuadMesh& mesh, const TriangleMesh& surface, const 
           const auto& q = mesh.quads[f];
           const bool turned = trianglesOf(std::array{mesh.positions[q[0]], mesh.positions[q[1]], mesh.positions[q[2]],
                                                      mesh.positions[q[3]]})[0][0] != 0;
-          for (size_t k = 0; k < kOfQuad; ++k) {
+          for (size_t k = 0; k < ofQuad; ++k) {
             const std::array<double, 4> weights = weightsOf(k, turned);
             Vec3d p = Vec3d::Zero();
             for (size_t c = 0; c < 4; ++c) p += weights[c] * mesh.positions[q[c]];
@@ -86,7 +93,7 @@ std::vector<Off> offOf(const QuadMesh& mesh, const TriangleMesh& surface, const 
             const double length = way.norm();
             const bool outside = way.dot(face) > 0;
             const Vec3d normal = length > kOnIt ? Vec3d((outside ? 1 : -1) / length * way) : face;
-            out[kOfQuad * f + k] = {static_cast<uint32_t>(f), weights, normal, outside ? length : -length};
+            out[ofQuad * f + k] = {static_cast<uint32_t>(f), weights, normal, outside ? length : -length};
           }
         }
       },
@@ -163,15 +170,15 @@ void keepShape(QuadMesh& mesh, const std::vector<Vec3d>& before) {
 }  // namespace
 
 void fitQuads(QuadMesh& mesh, const TriangleMesh& surface, const NearestTriangle& tree, const CreaseMap& creases,
-              int threads, const WorkPart& part) {
+              int threads, const WorkPart& part, bool corners) {
   using Sparse = Eigen::SparseMatrix<double>;
   const auto unknowns = static_cast<Eigen::Index>(3 * mesh.positions.size());
   std::vector<Held> held = heldIn(mesh);
-  const size_t step = std::max<size_t>(1, surface.positions.size() / std::max(kOfSurface, kOfQuad * mesh.quads.size()));
+  const size_t step = std::max<size_t>(1, surface.positions.size() / std::max(kOfSurface, kWithin * mesh.quads.size()));
   const std::vector<Vec3d> normals = normalsOf(surface);
   for (int round = 0; round < kRounds; ++round) {
     part.step(double(round) / kRounds);
-    std::vector<Off> off = offOf(mesh, surface, tree, threads);
+    std::vector<Off> off = offOf(mesh, corners, surface, tree, threads);
     const size_t forth = off.size();
     addNearest(mesh, surface, normals, step, threads, off);
     const double backWeight = double(forth) / double(off.size() - forth);

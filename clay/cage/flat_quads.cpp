@@ -82,6 +82,7 @@ double shareInEnd(const CageMaker& maker, const EndPlane& end) {
 // Between quads and clay, both ways, as for all that is told of distances, mm.
 struct Distance {
   double rms = 0, most = 0;
+  [[nodiscard]] double both() const { return rms + kOfMost * most; }
 };
 Distance distanceOf(const QuadMesh& mesh, const CageMaker& maker) {
   Distance out;
@@ -100,11 +101,11 @@ Distance distanceOf(const QuadMesh& mesh, const CageMaker& maker) {
   const TriangleMesh triangles = trianglesOf(mesh);
   const size_t step = 1 + places.size() / kPlaces;
   measure(1 + (places.size() - 1) / step, NearestTriangle(triangles), [&](size_t i) { return places[i * step]; });
-  measure(4 * triangles.triangles.size(), maker.tree(), [&](size_t i) {
-    const auto& t = triangles.triangles[i / 4];
+  measure(7 * triangles.triangles.size(), maker.tree(), [&](size_t i) {
+    const auto& t = triangles.triangles[i / 7];
     const Vec3d &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
-    const std::array<Vec3d, 4> of{(a + b + c) / 3, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)};
-    return of[i % 4];
+    const std::array<Vec3d, 7> of{(a + b + c) / 3, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a), a, b, c};
+    return of[i % 7];
   });
   return out;
 }
@@ -121,7 +122,7 @@ double lackOf(QuadMesh mesh, size_t most, const CageMaker& maker, const WorkPart
     if (scaledJacobian(mesh, quad) < kBadJacobian) lack += kBadQuad;
   const Distance distance = distanceOf(mesh, maker);
   // On flat faces distances are none.
-  return lack * lack * (distance.rms + kOfMost * distance.most + kLeastOff * maker.finestMm());
+  return lack * lack * (distance.both() + kLeastOff * maker.finestMm());
 }
 
 // The same for any count of threads.
@@ -278,7 +279,15 @@ FlatQuads fitted(const Version& version, size_t most, bool mirrored, int threads
   FlatQuads out = drawn(version, most, mirrored, {}, threads, part.part(0, kShareOfFit), wishes);
   unfoldQuads(out.mesh, out.maker->surface(), out.maker->tree(), out.maker->creases(),
               part.part(kShareOfFit, kShareOfFit));
-  fitQuads(out.mesh, out.maker->surface(), out.maker->tree(), out.maker->creases(), threads, part.part(kShareOfFit, 1));
+  // Corners stand off where they are free to, since edges cut what is round: by millimetres where the tip of a limb has
+  // few quads. Held near to the clay as well they may lie worse elsewhere; so both are looked at.
+  QuadMesh held = out.mesh;
+  const auto fit = [&](QuadMesh& mesh, bool corners, double from, double to) {
+    fitQuads(mesh, out.maker->surface(), out.maker->tree(), out.maker->creases(), threads,
+             part.part(kShareOfFit + from * (1 - kShareOfFit), kShareOfFit + to * (1 - kShareOfFit)), corners);
+    return distanceOf(mesh, *out.maker).both();
+  };
+  if (const double free = fit(out.mesh, false, 0, 0.5); fit(held, true, 0.5, 1) < free) out.mesh = std::move(held);
   if (out.mirror) makeMirrored(out.mesh, out.image, *out.mirror);
   out.met = out.maker->settle(out.mesh);
   return out;

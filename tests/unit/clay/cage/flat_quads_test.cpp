@@ -363,5 +363,28 @@ TEST(FitQuads, GoAroundPegs) {
   }
 }
 
+// Where a limb has few quads their corners stand off its tip, since edges cut what is round: less where corners count.
+TEST(FitQuads, HoldCornersNearWhereTheyCount) {
+  Version clay = makeSphere(Store::make(), grid(), Vec3d::Zero(), 14);
+  for (const Vec3d& end : {Vec3d(34, 3, 1), Vec3d(-30, 12, 4), Vec3d(2, -31, 9), Vec3d(5, 8, 33)})
+    clay = combine(clay, makeRod(Store::make(), grid(), 0.3 * end, end, 5), Combination::join, {.blendMm = 6});
+  double free = 0, held = 0;
+  for (const size_t count : {60, 80, 100, 120}) {
+    const CageMaker maker(clay, count, false, 2, WorkPart(nullptr));
+    const QuadMesh cage = maker.make(WorkPart(nullptr), 0, true).mesh;
+    const auto corner = [&](bool corners) {
+      QuadMesh mesh = cage;
+      fitQuads(mesh, maker.surface(), maker.tree(), maker.creases(), 1, WorkPart(nullptr), corners);
+      double most = 0;
+      for (const Vec3d& p : mesh.positions) most = std::max(most, maker.tree().nearest(p, UINT32_MAX).squared);
+      return std::sqrt(most);
+    };
+    const double a = corner(false), b = corner(true);
+    std::printf("%zu quads: %.2f, held %.2f mm\n", count, a, b);
+    free += a, held += b;
+  }
+  EXPECT_LT(held, 0.85 * free);
+}
+
 }  // namespace
 }  // namespace argil::clay
