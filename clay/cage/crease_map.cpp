@@ -23,10 +23,11 @@ constexpr float kAcrossEnd = 0.9f;                   // cosine to the axis
 constexpr double kOneCorner = 1.5;                   // pieces
 constexpr double kOnePlace = 0.01;                   // of the mean side
 constexpr double kPlaces[][2] = {{0.5, 0.5}, {0.25, 0.25}, {0.75, 0.25}, {0.75, 0.75}, {0.25, 0.75}};  // of a quad
-constexpr double kNearCrossing = 3;                                                                    // sides of quads
-constexpr double kGuideOffOfLength = 0.02;  // and than of its own length
-constexpr double kGuideOff = 0.25;          // even edges: a guide that leaves the surface by more is none
-constexpr double kParallel = 0.05;          // squared sine of an angle
+// Sides of quads: where four faces meet, two meetings of three that are so near to it are one.
+constexpr double kNearCrossing = 3;
+// Even edges, and parts of its own length: a guide that leaves the surface by more than both is none.
+constexpr double kGuideOff = 0.25, kGuideOffOfLength = 0.02;
+constexpr double kParallel = 0.05;  // squared sine of an angle
 
 const float kLeastCosine = static_cast<float>(std::cos(kCreaseDegrees / 180 * std::numbers::pi));
 
@@ -198,7 +199,6 @@ CreaseMap::Hit CreaseMap::nearest(const Vec3d& mm, uint32_t& hint) const {
 // it. One of the quads beside that edge goes to the face that meets it at an end: then all four meet at the other.
 void CreaseMap::joinMeetings(const SurfaceCells& cells, const QuadMesh& mesh, std::vector<uint32_t>& face) const {
   if (crossings_.empty()) return;
-  std::vector<std::vector<uint32_t>> around(mesh.positions.size());  // cells; of vertices near crossings alone
   const auto isNear = [&](const Vec3d& p, double length) {
     return std::ranges::any_of(crossings_,
                                [&](const Vec3d& each) { return (each - p).norm() < kNearCrossing * length; });
@@ -208,13 +208,15 @@ void CreaseMap::joinMeetings(const SurfaceCells& cells, const QuadMesh& mesh, st
     if (face[side / 4] != face[cells.across[side]] &&
         isNear(mesh.positions[cells.corners[side]], double(cells.lengths[side])))
       near.push_back(side);
-  if (near.empty()) return;
+  const auto endOf = [&](uint32_t side) { return cells.corners[side / 4 * 4 + (side + 1) % 4]; };
+  std::unordered_map<uint32_t, std::vector<uint32_t>> around;  // cells, of the ends of those sides
+  for (const uint32_t side : near) around[cells.corners[side]], around[endOf(side)];
   for (uint32_t corner = 0; corner < cells.corners.size(); ++corner)
-    around[cells.corners[corner]].push_back(corner / 4);
+    if (const auto at = around.find(cells.corners[corner]); at != around.end()) at->second.push_back(corner / 4);
   // The face at a vertex beside two others, where that is one.
   const auto third = [&](uint32_t v, uint32_t a, uint32_t b) {
     uint32_t found = UINT32_MAX;
-    for (const uint32_t cell : around[v]) {
+    for (const uint32_t cell : around.at(v)) {
       if (face[cell] == a || face[cell] == b || face[cell] == found) continue;
       if (found != UINT32_MAX) return UINT32_MAX;
       found = face[cell];
@@ -222,7 +224,7 @@ void CreaseMap::joinMeetings(const SurfaceCells& cells, const QuadMesh& mesh, st
     return found;
   };
   for (const uint32_t side : near) {
-    const uint32_t cell = side / 4, from = cells.corners[side], to = cells.corners[cell * 4 + (side + 1) % 4];
+    const uint32_t cell = side / 4, from = cells.corners[side], to = endOf(side);
     const uint32_t own = face[cell], other = face[cells.across[side]];
     if (own == other) continue;
     const uint32_t before = third(from, own, other), after = third(to, own, other);
