@@ -218,9 +218,11 @@ void drawExport(Context& context, Memory& memory) {
   if (cadFiles(choice) > 0) smoothFaces(choice);
   const bool cadAlone = cadFiles(choice) > 0 && cadFiles(choice) == choice.endings.size();
   if (!cadAlone) {
-    static constexpr std::array<std::string_view, 2> kGrades{"Fine: sharp creases", "Draft"};
-    kit::dimText("Surface");
-    kit::segmented("surface", kGrades, choice.surface);
+    if (!quadsAlone(choice)) {  // which are drawn on a surface of their own
+      static constexpr std::array<std::string_view, 2> kGrades{"Fine: sharp creases", "Draft"};
+      kit::dimText("Surface");
+      kit::segmented("surface", kGrades, choice.surface);
+    }
     reduction(choice);
   }
   if (!cadAlone && !quadsAlone(choice) &&
