@@ -33,13 +33,12 @@ constexpr double kShared = 2;                         // times them: more are no
 constexpr double kFinest = 1.4, kFinestOfEven = 0.1;  // voxels, even edges: nothing finer is looked at
 constexpr double kOfThickness = 0.7;  // an edge is at most so long: four quads go around a limb or into a slit
 constexpr double kLeastOfEven = 0.25, kLeastRefined = 1.0 / 6;  // of an even edge
-constexpr double kMostDensity = 16;
-constexpr double kNearEnd = 0.1;                    // even edges: so near to an end they are
-constexpr float kLargerAtEnd = 2;                   // times as large
-constexpr double kGrowth = 0.35;                    // of sizes, a mm
-constexpr int kGrades = 60;                         // sweeps until they do, at most
-constexpr double kOff = 1.5;                        // times the RMS: more is too far off
-constexpr double kSmallest = 0.5, kLargest = 1.25;  // times the size before
+constexpr double kNearEnd = 0.1;                                // even edges: so near to an end they are
+constexpr float kLargerAtEnd = 2;                               // times as large
+constexpr double kGrowth = 0.35;                                // of sizes, a mm
+constexpr int kGrades = 60;                                     // sweeps until they do, at most
+constexpr double kOff = 1.5;                                    // times the RMS: more is too far off
+constexpr double kSmallest = 0.5, kLargest = 1.25;              // times the size before
 
 int64_t shapeOf(uint64_t vertices, uint64_t quads) {
   // Each quad has two edges of its own.
@@ -169,9 +168,9 @@ CageMaker::CageMaker(const Version& version, size_t most, bool creased, int thre
   for (float& each : sizes_)
     each = static_cast<float>(std::clamp(kOfThickness * double(each), kLeastOfEven * even_, even_));
   if (wishes.maskDensity != 1) {
-    if (!(wishes.maskDensity >= 1 / kMostDensity && wishes.maskDensity <= kMostDensity))
+    if (!(wishes.maskDensity >= 1 / kMostMaskDensity && wishes.maskDensity <= kMostMaskDensity))
       throw Error(fmt::format("{:g} times as many quads where the clay is masked: give {:g} to {:g}",
-                              wishes.maskDensity, 1 / kMostDensity, kMostDensity));
+                              wishes.maskDensity, 1 / kMostMaskDensity, kMostMaskDensity));
     maskDensity_ = wishes.maskDensity;
     const std::vector<VertexPaint> paint = meshPaint(own);
     for (const VertexPaint& each : paint) masks_.push_back(each.mask);

@@ -21,9 +21,12 @@ struct CoarseCage {
   int64_t shape = 0;
 };
 
+/// Of CageWishes::maskDensity; its inverse is the least.
+inline constexpr double kMostMaskDensity = 16;
+
 /// What the person wants of quads, beside their count.
 struct CageWishes {
-  /// So many times as many quads a mm² lie where the clay is fully masked, 1/16 to 16, as far as there is room.
+  /// So many times as many quads a mm² lie where the clay is fully masked, as far as there is room.
   double maskDensity = 1;
   std::vector<GuideLoop> guides;  ///< In the clay's own mm; see CreaseMap.
 };

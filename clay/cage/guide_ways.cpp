@@ -26,10 +26,10 @@ GuideWays::GuideWays(const TriangleMesh& mesh, const SurfaceCells& cells, const 
       creases_(creases),
       lines_(creases),
       meanSide_(meanSide),
-      online_(mesh.positions.size()),
+      onLine_(mesh.positions.size()),
       first_(mesh.positions.size() + 1, 0) {
   for (size_t side = 0; side < creases.size(); ++side)
-    if (creases[side]) online_[cells.corners[side]] = true;
+    if (creases[side]) onLine_[cells.corners[side]] = true;
   for (const uint32_t v : cells.corners) ++first_[v + 1];
   std::partial_sum(first_.begin(), first_.end(), first_.begin());
   sides_.resize(cells.corners.size());
@@ -72,7 +72,7 @@ std::optional<GuideWay> GuideWays::along(const GuideLoop& loop, double off) cons
       const uint32_t nearest =
           *std::ranges::min_element(t, {}, [&](uint32_t v) { return (mesh_.positions[v] - on).squaredNorm(); });
       // It crosses a line at one vertex, the nearest between what lies on either side.
-      if (online_[nearest] && ++skipped < kMostSkipped) continue;
+      if (onLine_[nearest] && ++skipped < kMostSkipped) continue;
       skipped = 0;
       if (!go(nearest, on)) return std::nullopt;
     }
@@ -83,7 +83,7 @@ std::optional<GuideWay> GuideWays::along(const GuideLoop& loop, double off) cons
     way.vertices.pop_back(), way.places.pop_back();
   if (way.vertices.size() < 3) return std::nullopt;
   for (size_t i = 0; i < way.vertices.size(); ++i)
-    if (online_[way.vertices[i]]) way.places[i] = onCrease(way.vertices[i], way.places[i]);
+    if (onLine_[way.vertices[i]]) way.places[i] = onCrease(way.vertices[i], way.places[i]);
   return way;
 }
 
@@ -96,7 +96,7 @@ uint32_t GuideWays::side(uint32_t from, uint32_t to) const {
 void GuideWays::add(const GuideWay& way) {
   for (size_t i = 0; i < way.vertices.size(); ++i) {
     const uint32_t a = way.vertices[i], b = way.vertices[(i + 1) % way.vertices.size()];
-    online_[a] = lines_[side(a, b)] = lines_[side(b, a)] = true;
+    onLine_[a] = lines_[side(a, b)] = lines_[side(b, a)] = true;
   }
 }
 

@@ -31,6 +31,7 @@ class GuideWays {
   /// None where some place of the curve is farther than `off` mm from the mesh, or where it goes around nothing. Cost:
   /// a search of the mesh for each half of a side.
   [[nodiscard]] std::optional<GuideWay> along(const GuideLoop& loop, double off) const;
+  /// Ways that are asked for later cross this one as they cross creases. Cost: its length.
   void add(const GuideWay& way);
   /// The side from a vertex to one of its neighbours.
   [[nodiscard]] uint32_t side(uint32_t from, uint32_t to) const;
@@ -43,7 +44,7 @@ class GuideWays {
   NearestTriangle tree_;
   std::vector<bool> creases_, lines_;  // sides; lines are creases and ways
   double meanSide_;
-  std::vector<bool> online_;                  // vertices
+  std::vector<bool> onLine_;                  // vertices
   std::vector<uint32_t> first_, sides_, to_;  // of each vertex the sides that begin there
 };
 

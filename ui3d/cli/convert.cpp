@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "clay/base/error.h"
+#include "clay/cage/cage_maker.h"
 #include "clay/mesh/mesh_topology.h"
 #include "clay/whole/change_precision.h"
 #include "engine/models/cad_export.h"
@@ -161,8 +162,9 @@ void convert(const ConvertOptions& options) {
   if (options.mirror && !options.quads) throw Error("--mirror: give --quads too");
   if (options.alongGuides && !options.quads && !toCad) throw Error("--along-guides: give --quads too");
   if (options.maskDensity != 1 && !options.quads && !toCad) throw Error("--mask-density: give --quads too");
-  if (!(options.maskDensity >= 1.0 / 16 && options.maskDensity <= 16))
-    throw Error(fmt::format("--mask-density {:g}: give 0.0625 to 16", options.maskDensity));
+  if (!(options.maskDensity >= 1 / clay::kMostMaskDensity && options.maskDensity <= clay::kMostMaskDensity))
+    throw Error(fmt::format("--mask-density {:g}: give {:g} to {:g}", options.maskDensity, 1 / clay::kMostMaskDensity,
+                            clay::kMostMaskDensity));
   if (options.quads) {
     if (!io::holdsTextures(options.output))
       throw Error(fmt::format("{}: --quads is for .obj and .glb; leave it out", options.output.string()));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "clay/cage/cage_maker.h"
 #include "engine/models/cad_export.h"
 #include "engine/models/export_presets.h"
 #include "io/cad/cad_body.h"
@@ -91,7 +92,7 @@ void wishes(ExportChoice& choice) {
   kit::toggle("Along guides", choice.alongGuides,
               "Their edges follow the closed curves among the guides that are shown, where these lie on the clay.");
   kit::number({"density", "Where masked", "So many times as many for each mm²: paint what matters with the mask tool.",
-               "×", 0.0625, 16, 1, true},
+               "×", 1 / clay::kMostMaskDensity, clay::kMostMaskDensity, 1, true},
               choice.maskDensity);
 }
 

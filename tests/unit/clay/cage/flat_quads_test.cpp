@@ -363,11 +363,17 @@ TEST(FitQuads, GoAroundPegs) {
   }
 }
 
-// Where a limb has few quads their corners stand off its tip, since edges cut what is round: less where corners count.
-TEST(FitQuads, HoldCornersNearWhereTheyCount) {
+/// Thick limbs with round ends.
+Version starfish() {
   Version clay = makeSphere(Store::make(), grid(), Vec3d::Zero(), 14);
   for (const Vec3d& end : {Vec3d(34, 3, 1), Vec3d(-30, 12, 4), Vec3d(2, -31, 9), Vec3d(5, 8, 33)})
     clay = combine(clay, makeRod(Store::make(), grid(), 0.3 * end, end, 5), Combination::join, {.blendMm = 6});
+  return clay;
+}
+
+// Where a limb has few quads their corners stand off its tip, since edges cut what is round: less where corners count.
+TEST(FitQuads, HoldCornersNearWhereTheyCount) {
+  const Version clay = starfish();
   double free = 0, held = 0;
   for (const size_t count : {60, 80, 100, 120}) {
     const CageMaker maker(clay, count, false, 2, WorkPart(nullptr));
@@ -384,6 +390,19 @@ TEST(FitQuads, HoldCornersNearWhereTheyCount) {
     free += a, held += b;
   }
   EXPECT_LT(held, 0.85 * free);
+}
+
+// Of two fits, with corners as places and without, the nearer is taken.
+TEST(FlatQuads, HaveNoSpikesAtTipsOfLimbs) {
+  double sum = 0;
+  for (const size_t count : {60, 80, 100}) {
+    const FlatQuads made = flatQuads(starfish(), count, false, 2, WorkPart(nullptr));
+    double most = 0;
+    for (const Vec3d& p : made.mesh.positions) most = std::max(most, made.maker->tree().nearest(p, UINT32_MAX).squared);
+    std::printf("%zu quads: corners %.2f mm off\n", count, std::sqrt(most));
+    sum += std::sqrt(most);
+  }
+  EXPECT_LT(sum, 5.1) << "5.7 with corners that are free alone";
 }
 
 }  // namespace
