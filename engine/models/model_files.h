@@ -62,7 +62,7 @@ struct ModelExport {
   size_t cadQuads = 500;                  ///< STEP and IGES: smooth faces of each piece, at most;
   std::optional<double> cadErrorMm;       ///< of these as few as keep within this.
   bool alongGuides = false;               ///< Quads and faces: edges follow the closed curves that are shown,
-  double maskDensity = 1;                 ///< and so many times as many lie where the clay is masked (clay::CageWishes).
+  double maskDensity = 1;                 ///< and so many times as many lie where the clay is masked, 1/16 to 16.
   clay::Grade grade = clay::Grade::fine;  ///< A file is made once: creases are worth the time.
 };
 
