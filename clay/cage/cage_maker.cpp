@@ -8,6 +8,7 @@
 
 #include "clay/base/error.h"
 #include "clay/base/joined_sets.h"
+#include "clay/base/parallel.h"
 #include "clay/cage/coarsen_quads.h"
 #include "clay/cage/quad_web.h"
 #include "clay/field/region_work.h"
@@ -28,6 +29,7 @@ constexpr size_t kFewQuads = 200;
 constexpr double kNearlyFew = 1.5, kBetween[] = {8, 6, 5, 4, 3, 2};
 constexpr double kLost = 1.5;      // voxels of a coarse grid: what is farther from its surface was lost on it
 constexpr size_t kPlaces = 20000;  // where that is looked for
+constexpr size_t kBlock = 4096;    // vertices at once
 constexpr double kEnough = 0.95, kLeastShare = 0.5;   // of the quads that are asked for
 constexpr double kShared = 2;                         // times them: more are not drawn, or hardly
 constexpr double kFinest = 1.4, kFinestOfEven = 0.1;  // voxels, even edges: nothing finer is looked at
@@ -80,33 +82,36 @@ void growCrumbs(QuadMesh& mesh, double least) {
 // How far the clay goes on below each vertex (`side` −1), or the air above it (1), mm, up to `most`: as the mesh or as
 // the field says, whichever is farther. A vertex on a crease may have triangles of one face alone, and what lies below
 // that is the other face.
-std::vector<float> thicknesses(const Version& version, const TriangleMesh& mesh, int side, double most) {
+std::vector<float> thicknesses(const Version& version, const TriangleMesh& mesh, int side, double most, int threads) {
   std::vector<Vec3d> normals(mesh.positions.size(), Vec3d::Zero());
   for (const auto& t : mesh.triangles) {
     const Vec3d &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
     const Vec3d normal = (b - a).cross(c - a);
     for (const uint32_t v : t) normals[v] += normal;
   }
-  Sampler field(version);
   const Grid& grid = version.grid();
   std::vector<float> out(mesh.positions.size());
-  for (size_t i = 0; i < out.size(); ++i) {
-    const Vec3d& at = mesh.positions[i];
-    Vec3f gradient;
-    (void)field.tricubic(grid.toVoxel(at), gradient);
-    double deepest = 0;
-    for (const Vec3d& each : {normals[i], Vec3d(gradient.cast<double>())}) {
-      const Vec3d way = side * each.normalized();
-      double deep = 2 * grid.voxelMm;
-      while (deep < most) {
-        const double phi = side * double(field.trilinear(grid.toVoxel(at + deep * way)));
-        if (!(phi > 0)) break;
-        deep += std::max(0.5, phi) * grid.voxelMm;
+  const auto look = [&](size_t begin, size_t end) {
+    Sampler field(version);
+    for (size_t i = begin; i < end; ++i) {
+      const Vec3d& at = mesh.positions[i];
+      Vec3f gradient;
+      (void)field.tricubic(grid.toVoxel(at), gradient);
+      double deepest = 0;
+      for (const Vec3d& each : {normals[i], Vec3d(gradient.cast<double>())}) {
+        const Vec3d way = side * each.normalized();
+        double deep = 2 * grid.voxelMm;
+        while (deep < most) {
+          const double phi = side * double(field.trilinear(grid.toVoxel(at + deep * way)));
+          if (!(phi > 0)) break;
+          deep += std::max(0.5, phi) * grid.voxelMm;
+        }
+        deepest = std::max(deepest, deep);
       }
-      deepest = std::max(deepest, deep);
+      out[i] = static_cast<float>(std::min(deepest, most));
     }
-    out[i] = static_cast<float>(std::min(deepest, most));
-  }
+  };
+  parallelBlocks(out.size(), threads, look, kBlock);
   return out;
 }
 
@@ -162,8 +167,8 @@ CageMaker::CageMaker(const Version& version, size_t most, bool creased, int thre
                             static_cast<int64_t>(bodies) - shape_, least),
                 Error::Kind::work);
   part.step(0.3);
-  walls_ = thicknesses(version, surface_, -1, even_ / kOfThickness);
-  sizes_ = thicknesses(version, surface_, 1, even_ / kOfThickness);
+  walls_ = thicknesses(version, surface_, -1, even_ / kOfThickness, threads);
+  sizes_ = thicknesses(version, surface_, 1, even_ / kOfThickness, threads);
   for (size_t v = 0; v < sizes_.size(); ++v) sizes_[v] = std::min(sizes_[v], walls_[v]);
   for (float& each : sizes_)
     each = static_cast<float>(std::clamp(kOfThickness * double(each), kLeastOfEven * even_, even_));

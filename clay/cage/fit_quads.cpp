@@ -1,7 +1,6 @@
 #include "clay/cage/fit_quads.h"
 
-#include <Eigen/SparseCholesky>
-#include <Eigen/SparseCore>
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -27,13 +26,16 @@ constexpr int kHalves = 5;
 constexpr double kOnIt = 1e-9;        // mm: what lies so near has no way to go
 constexpr size_t kOfSurface = 20000;  // vertices of it that draw what is nearest to them, or fewer than twice as many
 constexpr size_t kBlock = 64;
-constexpr double kHeld = 1000;  // of a place's weight: how much creases and corners hold their vertices
+constexpr double kHeld = 1000;     // of a place's weight: how much creases and corners hold their vertices
+constexpr int kSteps = 200;        // of conjugate gradients, at most
+constexpr double kSolved = 1e-16;  // of the squared residual
 
 // Which ways a vertex is held, as a projection: across its crease, or all of them at a corner.
 struct Held {
   uint32_t vertex;
   bool corner;
   uint32_t hint = UINT32_MAX;
+  Eigen::Matrix3d ways = Eigen::Matrix3d::Zero();
 };
 std::vector<Held> heldIn(const QuadMesh& mesh) {
   std::vector<Held> held;
@@ -144,6 +146,56 @@ void addNearest(const QuadMesh& mesh, const TriangleMesh& surface, const std::ve
       kBlock);
 }
 
+// What the places of a quad want of its corners: least squares.
+using Block = Eigen::Matrix<double, 12, 12>;
+using Side = Eigen::Matrix<double, 12, 1>;
+
+// Moves of all vertices that are best for all quads: conjugate gradients, preconditioned by the block of each vertex.
+// Each vertex is held by places near it, so that a few dozen steps do; a factorised matrix took longer than all else.
+Eigen::VectorXd solved(const QuadMesh& mesh, const std::vector<Block>& blocks, const std::vector<Side>& sides,
+                       const std::vector<Held>& held) {
+  const auto at = [](uint32_t vertex) { return 3 * static_cast<Eigen::Index>(vertex); };
+  const auto unknowns = static_cast<Eigen::Index>(3 * mesh.positions.size());
+  Eigen::VectorXd move = Eigen::VectorXd::Zero(unknowns), rest = move, pull = move, better = move;
+  std::vector<Eigen::Matrix3d> inverse(mesh.positions.size(), Eigen::Matrix3d(kOnIt * Eigen::Matrix3d::Identity()));
+  for (size_t f = 0; f < blocks.size(); ++f)
+    for (int c = 0; c < 4; ++c) {
+      const uint32_t v = mesh.quads[f][size_t(c)];
+      rest.segment<3>(at(v)) += sides[f].segment<3>(3 * c);
+      inverse[v] += blocks[f].block<3, 3>(3 * c, 3 * c);
+    }
+  for (const Held& each : held) inverse[each.vertex] += each.ways;
+  for (Eigen::Matrix3d& each : inverse) each = each.llt().solve(Eigen::Matrix3d::Identity()).eval();
+  const auto apply = [&](const Eigen::VectorXd& way) {
+    pull.setZero();
+    Side x;
+    for (size_t f = 0; f < blocks.size(); ++f) {
+      const auto& quad = mesh.quads[f];
+      for (int c = 0; c < 4; ++c) x.segment<3>(3 * c) = way.segment<3>(at(quad[size_t(c)]));
+      const Side y = blocks[f] * x;
+      for (int c = 0; c < 4; ++c) pull.segment<3>(at(quad[size_t(c)])) += y.segment<3>(3 * c);
+    }
+    for (const Held& each : held) pull.segment<3>(at(each.vertex)) += each.ways * way.segment<3>(at(each.vertex));
+  };
+  const auto precondition = [&] {
+    for (uint32_t v = 0; v < inverse.size(); ++v) better.segment<3>(at(v)) = inverse[v] * rest.segment<3>(at(v));
+    return rest.dot(better);
+  };
+  double size = precondition();
+  const double first = size;
+  Eigen::VectorXd way = better;
+  for (int step = 0; step < kSteps && size > kSolved * first && size > 0; ++step) {
+    apply(way);
+    const double length = size / way.dot(pull);
+    move += length * way;
+    rest -= length * pull;
+    const double next = precondition();
+    way = better + (next / size) * way;
+    size = next;
+  }
+  return move;
+}
+
 // Moves of vertices become shorter around quads that they would fold, until none is worse than it was or than a quad
 // may be.
 void keepShape(QuadMesh& mesh, const std::vector<Vec3d>& before) {
@@ -171,8 +223,6 @@ void keepShape(QuadMesh& mesh, const std::vector<Vec3d>& before) {
 
 void fitQuads(QuadMesh& mesh, const TriangleMesh& surface, const NearestTriangle& tree, const CreaseMap& creases,
               int threads, const WorkPart& part, bool corners) {
-  using Sparse = Eigen::SparseMatrix<double>;
-  const auto unknowns = static_cast<Eigen::Index>(3 * mesh.positions.size());
   std::vector<Held> held = heldIn(mesh);
   const size_t step = std::max<size_t>(1, surface.positions.size() / std::max(kOfSurface, kWithin * mesh.quads.size()));
   const std::vector<Vec3d> normals = normalsOf(surface);
@@ -186,13 +236,13 @@ void fitQuads(QuadMesh& mesh, const TriangleMesh& surface, const NearestTriangle
     for (size_t i = 0; i < off.size(); ++i)
       far += 0.5 * (i < forth ? 1 : backWeight) * off[i].mm * off[i].mm / double(forth);
     far = std::max(kOnIt, kFar * std::sqrt(far));
-    std::vector<Eigen::Matrix<double, 12, 12>> blocks(mesh.quads.size(), Eigen::Matrix<double, 12, 12>::Zero());
-    std::vector<Eigen::Matrix<double, 12, 1>> sides(mesh.quads.size(), Eigen::Matrix<double, 12, 1>::Zero());
+    std::vector<Block> blocks(mesh.quads.size(), Block::Zero());
+    std::vector<Side> sides(mesh.quads.size(), Side::Zero());
     for (size_t i = 0; i < off.size(); ++i) {
       const Off& each = off[i];
       if (each.quad == UINT32_MAX) continue;
       const double weight = (i < forth ? 1 : backWeight) * std::clamp(std::abs(each.mm) / far, 1.0, kMostFar);
-      Eigen::Matrix<double, 12, 1> row;
+      Side row;
       for (int c = 0; c < 4; ++c) row.segment<3>(3 * c) = each.weights[size_t(c)] * each.normal;
       blocks[each.quad] += weight * row * row.transpose();
       sides[each.quad] -= weight * each.mm * row;
@@ -202,31 +252,13 @@ void fitQuads(QuadMesh& mesh, const TriangleMesh& surface, const NearestTriangle
             (kAlong * (Eigen::Matrix3d::Identity() - each.normal * each.normal.transpose()) +
              kStay * Eigen::Matrix3d::Identity());
     }
-    std::vector<Eigen::Triplet<double>> entries;
-    Eigen::VectorXd right = Eigen::VectorXd::Zero(unknowns);
-    for (size_t f = 0; f < mesh.quads.size(); ++f)
-      for (int i = 0; i < 12; ++i) {
-        const auto at = static_cast<Eigen::Index>(3 * mesh.quads[f][size_t(i / 3)] + uint32_t(i % 3));
-        right[at] += sides[f][i];
-        for (int j = 0; j < 12; ++j)
-          entries.emplace_back(at, static_cast<Eigen::Index>(3 * mesh.quads[f][size_t(j / 3)] + uint32_t(j % 3)),
-                               blocks[f](i, j));
-      }
     for (Held& each : held) {
-      Eigen::Matrix3d ways = Eigen::Matrix3d::Identity();
-      if (!each.corner) {
-        const Vec3d along = creases.nearest(mesh.positions[each.vertex], each.hint).along;
-        ways -= along * along.transpose();
-      }
-      for (int i = 0; i < 9; ++i)
-        entries.emplace_back(static_cast<Eigen::Index>(3 * each.vertex + uint32_t(i / 3)),
-                             static_cast<Eigen::Index>(3 * each.vertex + uint32_t(i % 3)), kHeld * ways(i / 3, i % 3));
+      each.ways = kHeld * Eigen::Matrix3d::Identity();
+      if (each.corner) continue;
+      const Vec3d along = creases.nearest(mesh.positions[each.vertex], each.hint).along;
+      each.ways -= kHeld * along * along.transpose();
     }
-    Sparse matrix(unknowns, unknowns);
-    matrix.setFromTriplets(entries.begin(), entries.end());
-    const Eigen::SimplicialLDLT<Sparse> solver(matrix);
-    if (solver.info() != Eigen::Success) return;
-    const Eigen::VectorXd move = solver.solve(right);
+    const Eigen::VectorXd move = solved(mesh, blocks, sides, held);
     const std::vector<Vec3d> before = mesh.positions;
     for (size_t v = 0; v < mesh.positions.size(); ++v)
       mesh.positions[v] += move.segment<3>(3 * static_cast<Eigen::Index>(v));

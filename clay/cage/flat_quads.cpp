@@ -44,7 +44,8 @@ constexpr double kAnyway = 8;                       // and every layout has abou
 constexpr double kTooFew = 160;                     // fewer quads than were asked for, in parts of these
 constexpr double kOfMost = 0.2;                     // what the largest distance counts beside the RMS
 constexpr double kLeastOff = 0.01;                  // of the finest that is looked at: less makes no layout better
-constexpr size_t kPlaces = 20000;                   // of the surface, where distances are taken
+constexpr size_t kPlaces = 20000;                   // of the surface, where distances are taken,
+constexpr size_t kBlock = 1024;                     // so many at once
 constexpr double kTooFar = 1;                       // even edges: quads that lie so far off are too few
 constexpr std::array kMore{1.5, 2.0, 3.0, 4.0};     // times the quads that were asked for: then so many are drawn
 constexpr double kShareOfCage = 0.8, kShareOfHalf = 0.95, kShareOfFit = 0.9, kShareOfFirst = 0.6;
@@ -84,16 +85,24 @@ struct Distance {
   double rms = 0, most = 0;
   [[nodiscard]] double both() const { return rms + kOfMost * most; }
 };
-Distance distanceOf(const QuadMesh& mesh, const CageMaker& maker) {
+Distance distanceOf(const QuadMesh& mesh, const CageMaker& maker, int threads) {
   Distance out;
+  std::vector<double> squared;
   const auto measure = [&](size_t count, const NearestTriangle& to, const auto& place) {
-    double sum = 0;
-    uint32_t hint = UINT32_MAX;
-    for (size_t i = 0; i < count; ++i) {
-      const NearestTriangle::Hit hit = to.nearest(place(i), hint);
-      hint = hit.triangle;
-      sum += hit.squared / double(count);
-      out.most = std::max(out.most, std::sqrt(hit.squared));
+    squared.resize(count);
+    const auto look = [&](size_t begin, size_t end) {
+      uint32_t hint = UINT32_MAX;
+      for (size_t i = begin; i < end; ++i) {
+        const NearestTriangle::Hit hit = to.nearest(place(i), hint);
+        hint = hit.triangle;
+        squared[i] = hit.squared;
+      }
+    };
+    parallelBlocks(count, threads, look, kBlock);
+    double sum = 0;  // the same for any count of threads
+    for (const double each : squared) {
+      sum += each / double(count);
+      out.most = std::max(out.most, std::sqrt(each));
     }
     out.rms = std::max(out.rms, std::sqrt(sum));
   };
@@ -120,7 +129,7 @@ double lackOf(QuadMesh mesh, size_t most, const CageMaker& maker, const WorkPart
   lack += kTooFew * std::max(0.0, kEnough - double(mesh.quads.size()) / double(most));
   for (const auto& quad : mesh.quads)
     if (scaledJacobian(mesh, quad) < kBadJacobian) lack += kBadQuad;
-  const Distance distance = distanceOf(mesh, maker);
+  const Distance distance = distanceOf(mesh, maker, 1);
   // On flat faces distances are none.
   return lack * lack * (distance.both() + kLeastOff * maker.finestMm());
 }
@@ -281,13 +290,19 @@ FlatQuads fitted(const Version& version, size_t most, bool mirrored, int threads
               part.part(kShareOfFit, kShareOfFit));
   // Corners stand off where they are free to, since edges cut what is round: by millimetres where the tip of a limb has
   // few quads. Held near to the clay as well they may lie worse elsewhere; so both are looked at.
-  QuadMesh held = out.mesh;
-  const auto fit = [&](QuadMesh& mesh, bool corners, double from, double to) {
-    fitQuads(mesh, out.maker->surface(), out.maker->tree(), out.maker->creases(), threads,
-             part.part(kShareOfFit + from * (1 - kShareOfFit), kShareOfFit + to * (1 - kShareOfFit)), corners);
-    return distanceOf(mesh, *out.maker).both();
+  const int each = std::max(1, threads / 2);
+  std::array<QuadMesh, 2> fits{out.mesh, std::move(out.mesh)};  // without corners as places, and with them
+  std::array<double, 2> off{};
+  const auto fit = [&](size_t first, size_t last) {
+    for (size_t i = first; i < last; ++i) {
+      const WorkPart own = part.part(kShareOfFit, 1);
+      fitQuads(fits[i], out.maker->surface(), out.maker->tree(), out.maker->creases(), each,
+               i == 0 ? own : own.beside(), i == 1);
+      off[i] = distanceOf(fits[i], *out.maker, each).both();
+    }
   };
-  if (const double free = fit(out.mesh, false, 0, 0.5); fit(held, true, 0.5, 1) < free) out.mesh = std::move(held);
+  parallelBlocks(fits.size(), threads, fit, 1);
+  out.mesh = std::move(fits[off[1] < off[0] ? 1 : 0]);
   if (out.mirror) makeMirrored(out.mesh, out.image, *out.mirror);
   out.met = out.maker->settle(out.mesh);
   return out;
@@ -303,7 +318,7 @@ FlatQuads flatQuads(const Version& version, size_t most, bool mirrored, int thre
   double farthest = HUGE_VAL, least = 1;  // mm off; times as many quads are too few
   try {
     out = fitted(version, most, mirrored, threads, part.part(0, kShareOfFirst), wishes);
-    farthest = distanceOf(out.mesh, *out.maker).most;
+    farthest = distanceOf(out.mesh, *out.maker, threads).most;
     if (farthest <= enough) return out;
     // Twice the quads bring the farthest place about twice as near.
     least = std::min(farthest / enough, kMore.back());
@@ -321,7 +336,7 @@ FlatQuads flatQuads(const Version& version, size_t most, bool mirrored, int thre
     try {
       FlatQuads finer = fitted(version, static_cast<size_t>(kMore[i] * double(most)), mirrored, threads,
                                part.part(until(i), until(i + 1)), wishes);
-      if (distanceOf(finer.mesh, *finer.maker).most > enough) continue;
+      if (distanceOf(finer.mesh, *finer.maker, threads).most > enough) continue;
       finer.tooFarMm = farthest;
       return finer;
     } catch (const Cancelled&) {
