@@ -46,6 +46,8 @@ constexpr double kOfMost = 0.2;                     // what the largest distance
 constexpr double kLeastOff = 0.01;                  // of the finest that is looked at: less makes no layout better
 constexpr size_t kPlaces = 20000;                   // of the surface, where distances are taken,
 constexpr size_t kBlock = 1024;                     // so many at once
+constexpr int kFits = 3;                            // the first, and those of sizes that follow from the one before,
+constexpr size_t kMostRefitted = 5000;              // of up to so many quads: of more they gain little
 constexpr double kTooFar = 1;                       // even edges: quads that lie so far off are too few
 constexpr std::array kMore{1.5, 2.0, 3.0, 4.0};     // times the quads that were asked for: then so many are drawn
 constexpr double kShareOfCage = 0.8, kShareOfHalf = 0.95, kShareOfFit = 0.9, kShareOfFirst = 0.6;
@@ -80,58 +82,83 @@ double shareInEnd(const CageMaker& maker, const EndPlane& end) {
   return in / all;
 }
 
+// What is nearest to each of so many places.
+template <class Place>
+std::vector<NearestTriangle::Hit> hitsOf(size_t count, const NearestTriangle& to, int threads, const Place& place) {
+  std::vector<NearestTriangle::Hit> hits(count);
+  const auto look = [&](size_t begin, size_t end) {
+    uint32_t hint = UINT32_MAX;
+    for (size_t i = begin; i < end; ++i) {
+      hits[i] = to.nearest(place(i), hint);
+      hint = hits[i].triangle;
+    }
+  };
+  parallelBlocks(count, threads, look, kBlock);
+  return hits;
+}
+
 // Between quads and clay, both ways, as for all that is told of distances, mm.
 struct Distance {
   double rms = 0, most = 0;
   [[nodiscard]] double both() const { return rms + kOfMost * most; }
+  void add(const std::vector<NearestTriangle::Hit>& hits) {
+    double sum = 0;
+    for (const NearestTriangle::Hit& hit : hits) {
+      sum += hit.squared / double(hits.size());
+      most = std::max(most, std::sqrt(hit.squared));
+    }
+    rms = std::max(rms, std::sqrt(sum));
+  }
 };
 Distance distanceOf(const QuadMesh& mesh, const CageMaker& maker, int threads) {
-  Distance out;
-  std::vector<double> squared;
-  const auto measure = [&](size_t count, const NearestTriangle& to, const auto& place) {
-    squared.resize(count);
-    const auto look = [&](size_t begin, size_t end) {
-      uint32_t hint = UINT32_MAX;
-      for (size_t i = begin; i < end; ++i) {
-        const NearestTriangle::Hit hit = to.nearest(place(i), hint);
-        hint = hit.triangle;
-        squared[i] = hit.squared;
-      }
-    };
-    parallelBlocks(count, threads, look, kBlock);
-    double sum = 0;  // the same for any count of threads
-    for (const double each : squared) {
-      sum += each / double(count);
-      out.most = std::max(out.most, std::sqrt(each));
-    }
-    out.rms = std::max(out.rms, std::sqrt(sum));
-  };
   const std::vector<Vec3d>& places = maker.surface().positions;
   const TriangleMesh triangles = trianglesOf(mesh);
   const size_t step = 1 + places.size() / kPlaces;
-  measure(1 + (places.size() - 1) / step, NearestTriangle(triangles), [&](size_t i) { return places[i * step]; });
-  measure(7 * triangles.triangles.size(), maker.tree(), [&](size_t i) {
+  Distance out;
+  out.add(hitsOf(1 + (places.size() - 1) / step, NearestTriangle(triangles), threads,
+                 [&](size_t i) { return places[i * step]; }));
+  out.add(hitsOf(7 * triangles.triangles.size(), maker.tree(), threads, [&](size_t i) {
     const auto& t = triangles.triangles[i / 7];
     const Vec3d &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
     const std::array<Vec3d, 7> of{(a + b + c) / 3, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a), a, b, c};
     return of[i % 7];
-  });
+  }));
   return out;
 }
 
-// What a layout lacks, once its quads lie where they fit best: irregular vertices and bad quads, squared, times
-// distances. Not squared, layouts with more of them would be taken, since quads come near the clay in any.
-double lackOf(QuadMesh mesh, size_t most, const CageMaker& maker, const WorkPart& part) {
-  const TriangleMesh& surface = maker.surface();
-  unfoldQuads(mesh, surface, maker.tree(), maker.creases(), part);
-  fitQuads(mesh, surface, maker.tree(), maker.creases(), 1, part);
+// At each vertex of the surface how far it lies off the quads, or the middle of a quad's triangle off it.
+std::vector<float> offOf(const QuadMesh& mesh, const CageMaker& maker, int threads) {
+  const auto mm = [](const NearestTriangle::Hit& hit) { return static_cast<float>(std::sqrt(hit.squared)); };
+  const std::vector<Vec3d>& places = maker.surface().positions;
+  const TriangleMesh triangles = trianglesOf(mesh);
+  std::vector<float> off;
+  for (const NearestTriangle::Hit& hit :
+       hitsOf(places.size(), NearestTriangle(triangles), threads, [&](size_t i) { return places[i]; }))
+    off.push_back(mm(hit));
+  for (const NearestTriangle::Hit& hit : hitsOf(triangles.triangles.size(), maker.tree(), threads, [&](size_t i) {
+         const auto& t = triangles.triangles[i];
+         return Vec3d((mesh.positions[t[0]] + mesh.positions[t[1]] + mesh.positions[t[2]]) / 3);
+       }))
+    for (const uint32_t v : maker.tree().corners(hit.triangle)) off[v] = std::max(off[v], mm(hit));
+  return off;
+}
+
+// Irregular vertices and bad quads, squared, times distances. Not squared, layouts with more of them would be taken,
+// since quads come near the clay in any.
+double lackOf(const QuadMesh& mesh, size_t most, const CageMaker& maker, int threads) {
   auto lack = double(QuadTopology(mesh).irregular()) + kAnyway;
   lack += kTooFew * std::max(0.0, kEnough - double(mesh.quads.size()) / double(most));
   for (const auto& quad : mesh.quads)
     if (scaledJacobian(mesh, quad) < kBadJacobian) lack += kBadQuad;
-  const Distance distance = distanceOf(mesh, maker, 1);
   // On flat faces distances are none.
-  return lack * lack * (distance.both() + kLeastOff * maker.finestMm());
+  return lack * lack * (distanceOf(mesh, maker, threads).both() + kLeastOff * maker.finestMm());
+}
+
+// What a layout lacks, once its quads lie where they fit best.
+double lackOnceFitted(QuadMesh mesh, size_t most, const CageMaker& maker, const WorkPart& part) {
+  unfoldQuads(mesh, maker.surface(), maker.tree(), maker.creases(), part);
+  fitQuads(mesh, maker.surface(), maker.tree(), maker.creases(), 1, part);
+  return lackOf(mesh, most, maker, 1);
 }
 
 // The same for any count of threads.
@@ -151,7 +178,7 @@ QuadMesh bestLayout(const CageMaker& maker, size_t most, bool toHalve, int threa
         drawn[i].mesh =
             maker.make(own, static_cast<size_t>(kLayouts[i].share * double(most)), kLayouts[i].regular).mesh;
         drawn[i].poor = toHalve && shapesOf(drawn[i].mesh).mean <= kGoodJacobian;
-        if (const double lack = lackOf(drawn[i].mesh, most, maker, own.part(1, 1)); std::isfinite(lack))
+        if (const double lack = lackOnceFitted(drawn[i].mesh, most, maker, own.part(1, 1)); std::isfinite(lack))
           drawn[i].lack = lack;
       } catch (const Cancelled&) {
         throw;
@@ -286,24 +313,26 @@ std::optional<FlatQuads> mirroredCage(const Version& version, size_t most, std::
 FlatQuads fitted(const Version& version, size_t most, bool mirrored, int threads, const WorkPart& part,
                  const CageWishes& wishes) {
   FlatQuads out = drawn(version, most, mirrored, {}, threads, part.part(0, kShareOfFit), wishes);
-  unfoldQuads(out.mesh, out.maker->surface(), out.maker->tree(), out.maker->creases(),
-              part.part(kShareOfFit, kShareOfFit));
-  // Corners stand off where they are free to, since edges cut what is round: by millimetres where the tip of a limb has
-  // few quads. Held near to the clay as well they may lie worse elsewhere; so both are looked at.
-  const int each = std::max(1, threads / 2);
-  std::array<QuadMesh, 2> fits{out.mesh, std::move(out.mesh)};  // without corners as places, and with them
-  std::array<double, 2> off{};
-  const auto fit = [&](size_t first, size_t last) {
-    for (size_t i = first; i < last; ++i) {
-      const WorkPart own = part.part(kShareOfFit, 1);
-      fitQuads(fits[i], out.maker->surface(), out.maker->tree(), out.maker->creases(), each,
-               i == 0 ? own : own.beside(), i == 1);
-      off[i] = distanceOf(fits[i], *out.maker, each).both();
+  const CageMaker& maker = *out.maker;
+  const int fits = most > kMostRefitted ? 1 : kFits;
+  QuadMesh now = std::move(out.mesh);
+  double least = HUGE_VAL;
+  for (int i = 0; i < fits; ++i) {
+    const WorkPart own =
+        part.part(kShareOfFit + (1 - kShareOfFit) * i / fits, kShareOfFit + (1 - kShareOfFit) * (i + 1) / fits);
+    if (i > 0) {
+      // The same quads, smaller where they lay off and larger elsewhere.
+      out.maker->refine(offOf(now, maker, threads));
+      evenOut(now, maker, out.halvings, own.part(0, 0));
     }
-  };
-  parallelBlocks(fits.size(), threads, fit, 1);
-  out.mesh = std::move(fits[off[1] < off[0] ? 1 : 0]);
-  if (out.mirror) makeMirrored(out.mesh, out.image, *out.mirror);
+    unfoldQuads(now, maker.surface(), maker.tree(), maker.creases(), own.part(0, 0));
+    fitQuads(now, maker.surface(), maker.tree(), maker.creases(), threads, own, true);
+    if (out.mirror) makeMirrored(now, out.image, *out.mirror);
+    const double lack = lackOf(now, most, maker, threads);
+    if (i > 0 && !(lack < least)) continue;
+    least = lack;
+    out.mesh = now;
+  }
   out.met = out.maker->settle(out.mesh);
   return out;
 }

@@ -28,7 +28,8 @@ struct FlatQuads {
 /// At most `most` quads around a clay, of its shape: the best of two or four layouts, which differ in irregular
 /// vertices, bad corners and distances. Where a cage of a quarter or a sixteenth of them, and of 500 and more, has good
 /// corners, its quads are halved: that leaves its irregular vertices alone, which are fewer, and takes a fraction of
-/// the time. `mirrored`: of a clay that a plane normal to an axis mirrors within two voxels one half is drawn and
+/// the time. Of up to 5 000 quads those that lay off by more than others become smaller, without another layout.
+/// `mirrored`: of a clay that a plane normal to an axis mirrors within two voxels one half is drawn and
 /// mirrored, if that can be. Throws as CageMaker. Cost: some seconds, mirrored twice as many. The same for any count of
 /// threads. Where these do not go around the clay, leave a part of it out by more than the length of an even edge, or
 /// lie as far off it (thin walls, limbs, many handles), up to four times as many are drawn until none do.

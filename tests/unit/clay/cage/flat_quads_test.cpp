@@ -392,7 +392,26 @@ TEST(FitQuads, HoldCornersNearWhereTheyCount) {
   EXPECT_LT(held, 0.85 * free);
 }
 
-// Of two fits, with corners as places and without, the nearer is taken.
+// Sizes follow from how far the same quads lay off before: smaller at the tips of an egg, where it bends most.
+TEST(FlatQuads, AreSmallerWhereTheClayBendsMore) {
+  const Version egg = makeEllipsoid(Store::make(), grid(), Vec3d::Zero(), {30, 10, 10});
+  const FlatQuads made = flatQuads(egg, 600, false, 2, WorkPart(nullptr));
+  std::array<double, 2> area{}, count{};  // tips, waist
+  for (const auto& q : made.mesh.quads) {
+    const std::vector<Vec3d>& at = made.mesh.positions;
+    const double x = std::abs((at[q[0]] + at[q[1]] + at[q[2]] + at[q[3]]).x()) / 4;
+    if (x > 15 && x < 26) continue;
+    const size_t where = x < 15 ? 1 : 0;
+    area[where] += 0.5 * (at[q[2]] - at[q[0]]).cross(at[q[3]] - at[q[1]]).norm();
+    count[where] += 1;
+  }
+  const double tip = area[0] / count[0], waist = area[1] / count[1];
+  std::printf("quads of %.2f mm² at the tips, %.2f at the waist\n", tip, waist);
+  EXPECT_LT(tip, waist);  // 1.5 times as large where they are fitted once
+  EXPECT_GT(tip, 0.3 * waist);
+}
+
+// Corners count as places.
 TEST(FlatQuads, HaveNoSpikesAtTipsOfLimbs) {
   double sum = 0;
   for (const size_t count : {60, 80, 100}) {
