@@ -151,7 +151,7 @@ using Block = Eigen::Matrix<double, 12, 12>;
 using Side = Eigen::Matrix<double, 12, 1>;
 
 // Moves of all vertices that are best for all quads: conjugate gradients, preconditioned by the block of each vertex.
-// Each vertex is held by places near it, so that a few dozen steps do; a factorised matrix took longer than all else.
+// Each vertex is held by places near it, so that some twenty steps do; a factorised matrix took longer than all else.
 Eigen::VectorXd solved(const QuadMesh& mesh, const std::vector<Block>& blocks, const std::vector<Side>& sides,
                        const std::vector<Held>& held) {
   const auto at = [](uint32_t vertex) { return 3 * static_cast<Eigen::Index>(vertex); };

@@ -14,7 +14,7 @@ namespace argil::clay {
 /// more, with what lies far off counting more. `corners`: the quads' own corners count as places do; else they may
 /// stand off as far as that brings edges near. No scaled Jacobian of a quad falls below 0.25, or below what it was.
 /// Vertices of the mesh's creases stay on those of the surface, its corners where they are. Throws Cancelled. Cost:
-/// five times a search for what is nearest to each place and vertex, and some dozen steps of conjugate gradients. The
+/// five times a search for what is nearest to each place and vertex, and some twenty steps of conjugate gradients. The
 /// same for any count of threads.
 void fitQuads(QuadMesh& mesh, const TriangleMesh& surface, const NearestTriangle& tree, const CreaseMap& creases,
               int threads, const WorkPart& part, bool corners = false);
