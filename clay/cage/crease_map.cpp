@@ -7,6 +7,7 @@
 #include <numeric>
 #include <set>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 
 #include "clay/base/joined_sets.h"
@@ -23,8 +24,10 @@ constexpr float kAcrossEnd = 0.9f;                   // cosine to the axis
 constexpr double kOneCorner = 1.5;                   // pieces
 constexpr double kOnePlace = 0.01;                   // of the mean side
 constexpr double kPlaces[][2] = {{0.5, 0.5}, {0.25, 0.25}, {0.75, 0.25}, {0.75, 0.75}, {0.25, 0.75}};  // of a quad
-// Sides of quads: where four faces meet, two meetings of three that are so near to it are one.
-constexpr double kNearCrossing = 3;
+// Where four faces meet, meetings of three may be so near to it, pieces of the map or sides of quads, with so many
+// edges between them.
+constexpr double kTouching = 4, kNearCrossing = 4;
+constexpr int kMostTouching = 4;
 // Even edges, and parts of its own length: a guide that leaves the surface by more than both is none.
 constexpr double kGuideOff = 0.25, kGuideOffOfLength = 0.02;
 constexpr double kParallel = 0.05;  // squared sine of an angle
@@ -145,9 +148,20 @@ void CreaseMap::findCorners(const std::vector<std::set<uint32_t>>& faces) {
     const auto isSame = [&](const Vec3d& other) { return (other - at).norm() < kOneCorner * length; };
     if (std::none_of(corners_.begin(), corners_.end(), isSame)) corners_.push_back(at);
   };
+  // Four may touch along a few pieces, with three of them at each end.
+  std::vector<uint32_t> meetings;
   for (uint32_t v = 0; v < beside.size(); ++v) {
-    if (faces[v].size() > 2) add(v);
+    if (faces[v].size() < 3) continue;
+    add(v);
     if (faces[v].size() > 3) crossings_.push_back(pieces_.positions[v]);
+    for (const uint32_t other : meetings) {
+      const Vec3d &a = pieces_.positions[v], &b = pieces_.positions[other];
+      if ((a - b).norm() > kTouching * length) continue;
+      std::set<uint32_t> both = faces[v];
+      both.insert(faces[other].begin(), faces[other].end());
+      if (both.size() > 3) crossings_.push_back(0.5 * (a + b));
+    }
+    meetings.push_back(v);
   }
   meetings_ = corners_.size();
   // Over some pieces either way, so that a place that lies beside its line is none.
@@ -195,45 +209,69 @@ CreaseMap::Hit CreaseMap::nearest(const Vec3d& mm, uint32_t& hint) const {
   return out;
 }
 
-// Where four faces meet on the clay, two may touch along one edge of the mesh, with a meeting of three at each end of
-// it. One of the quads beside that edge goes to the face that meets it at an end: then all four meet at the other.
+// Where four faces meet on the clay, two may touch along a few edges of the mesh, with a meeting of three at each end
+// of them. Quads beside those edges go, from one of the ends, to the face that meets them there: then all four meet at
+// the other.
 void CreaseMap::joinMeetings(const SurfaceCells& cells, const QuadMesh& mesh, std::vector<uint32_t>& face) const {
   if (crossings_.empty()) return;
   const auto isNear = [&](const Vec3d& p, double length) {
     return std::ranges::any_of(crossings_,
                                [&](const Vec3d& each) { return (each - p).norm() < kNearCrossing * length; });
   };
-  std::vector<uint32_t> near;
-  for (uint32_t side = 0; side < cells.across.size(); ++side)
-    if (face[side / 4] != face[cells.across[side]] &&
-        isNear(mesh.positions[cells.corners[side]], double(cells.lengths[side])))
-      near.push_back(side);
   const auto endOf = [&](uint32_t side) { return cells.corners[side / 4 * 4 + (side + 1) % 4]; };
-  std::unordered_map<uint32_t, std::vector<uint32_t>> around;  // cells, of the ends of those sides
-  for (const uint32_t side : near) around[cells.corners[side]], around[endOf(side)];
-  for (uint32_t corner = 0; corner < cells.corners.size(); ++corner)
-    if (const auto at = around.find(cells.corners[corner]); at != around.end()) at->second.push_back(corner / 4);
+  const auto beside = [](uint32_t side, uint32_t step) { return side / 4 * 4 + (side + step) % 4; };
+  std::vector<uint32_t> near;
+  std::unordered_map<uint32_t, std::vector<uint32_t>> around;  // sides that begin at the ends of those
+  for (uint32_t side = 0; side < cells.across.size(); ++side) {
+    if (!isNear(mesh.positions[cells.corners[side]], double(cells.lengths[side]))) continue;
+    near.push_back(side);
+    around[cells.corners[side]], around[endOf(side)];
+  }
+  for (uint32_t side = 0; side < cells.corners.size(); ++side)
+    if (const auto at = around.find(cells.corners[side]); at != around.end()) at->second.push_back(side);
   // The face at a vertex beside two others, where that is one.
   const auto third = [&](uint32_t v, uint32_t a, uint32_t b) {
     uint32_t found = UINT32_MAX;
-    for (const uint32_t cell : around.at(v)) {
-      if (face[cell] == a || face[cell] == b || face[cell] == found) continue;
+    for (const uint32_t side : around.at(v)) {
+      const uint32_t each = face[side / 4];
+      if (each == a || each == b || each == found) continue;
       if (found != UINT32_MAX) return UINT32_MAX;
-      found = face[cell];
+      found = each;
     }
     return found;
   };
-  for (const uint32_t side : near) {
-    const uint32_t cell = side / 4, from = cells.corners[side], to = endOf(side);
-    const uint32_t own = face[cell], other = face[cells.across[side]];
-    if (own == other) continue;
-    const uint32_t before = third(from, own, other), after = third(to, own, other);
-    if (before == UINT32_MAX || after == UINT32_MAX || before == after) continue;
-    if (face[cells.across[cell * 4 + (side + 1) % 4]] == after)
-      face[cell] = after;
-    else if (face[cells.across[cell * 4 + (side + 3) % 4]] == before)
-      face[cell] = before;
-  }
+  // The third face where the edges that two faces touch along end, from this one on.
+  const auto thirdAtEnd = [&](uint32_t side) {
+    const uint32_t own = face[side / 4], other = face[cells.across[side]];
+    for (int i = 0; i < kMostTouching; ++i) {
+      const auto at = around.find(endOf(side));
+      if (at == around.end()) break;
+      if (const uint32_t found = third(at->first, own, other); found != UINT32_MAX) return found;
+      const auto next = std::ranges::find_if(
+          at->second, [&](uint32_t each) { return face[each / 4] == own && face[cells.across[each]] == other; });
+      if (next == at->second.end()) break;
+      side = *next;
+    }
+    return UINT32_MAX;
+  };
+  const auto twinOf = [&](uint32_t side) {
+    const std::vector<uint32_t>& sides = around.at(endOf(side));
+    return *std::ranges::find_if(sides, [&](uint32_t each) { return endOf(each) == cells.corners[side]; });
+  };
+  std::unordered_set<uint32_t> changed;  // once at most
+  for (int i = 0; i < kMostTouching; ++i)
+    for (const uint32_t side : near) {
+      const uint32_t own = face[side / 4], other = face[cells.across[side]];
+      if (own == other || changed.contains(side / 4)) continue;
+      const uint32_t before = third(cells.corners[side], own, other), after = third(endOf(side), own, other);
+      if (before != UINT32_MAX && face[cells.across[beside(side, 3)]] == before) {
+        if (const uint32_t end = thirdAtEnd(side); end != UINT32_MAX && end != before)
+          face[side / 4] = before, changed.insert(side / 4);
+      } else if (after != UINT32_MAX && face[cells.across[beside(side, 1)]] == after) {
+        if (const uint32_t end = thirdAtEnd(twinOf(side)); end != UINT32_MAX && end != after)
+          face[side / 4] = after, changed.insert(side / 4);
+      }
+    }
 }
 
 double CreaseMap::clearGuides(QuadMesh& mesh) const {
