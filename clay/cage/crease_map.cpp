@@ -148,11 +148,16 @@ void CreaseMap::findCorners(const std::vector<std::set<uint32_t>>& faces) {
     const auto isSame = [&](const Vec3d& other) { return (other - at).norm() < kOneCorner * length; };
     if (std::none_of(corners_.begin(), corners_.end(), isSame)) corners_.push_back(at);
   };
-  // Four may touch along a few pieces, with three of them at each end.
+  // Where a guide crosses aslant, four faces may touch along a few pieces, with three of them at each end. Of creases
+  // such are the corners of a thin plate.
+  std::vector<bool> guided(beside.size());
+  for (size_t i = 0; i < guide_.size(); ++i)
+    if (guide_[i]) guided[pieces_.triangles[i][0]] = guided[pieces_.triangles[i][1]] = true;
   std::vector<uint32_t> meetings;
   for (uint32_t v = 0; v < beside.size(); ++v) {
     if (faces[v].size() < 3) continue;
     add(v);
+    if (!guided[v]) continue;
     if (faces[v].size() > 3) crossings_.push_back(pieces_.positions[v]);
     for (const uint32_t other : meetings) {
       const Vec3d &a = pieces_.positions[v], &b = pieces_.positions[other];

@@ -69,7 +69,7 @@ class CreaseMap {
   TriangleMesh pieces_;                     // triangles without area
   std::vector<bool> guide_;                 // of each: it follows a guide and no crease
   std::vector<uint32_t> face_;              // of each triangle of the surface
-  std::vector<Vec3d> corners_, crossings_;  // crossings: where four faces meet and more
+  std::vector<Vec3d> corners_, crossings_;  // crossings: of guides
   size_t meetings_ = 0, guides_ = 0;
   double guidesMm_ = 0;
   std::unique_ptr<NearestTriangle> tree_;
