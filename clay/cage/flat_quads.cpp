@@ -154,7 +154,7 @@ double lackOf(const QuadMesh& mesh, size_t most, const CageMaker& maker, int thr
   return lack * lack * (distanceOf(mesh, maker, threads).both() + kLeastOff * maker.finestMm());
 }
 
-// What a layout lacks, once its quads lie where they fit best.
+// What a layout lacks, once its quads lie where they fit best; without corners as places, which chooses better ones.
 double lackOnceFitted(QuadMesh mesh, size_t most, const CageMaker& maker, const WorkPart& part) {
   unfoldQuads(mesh, maker.surface(), maker.tree(), maker.creases(), part);
   fitQuads(mesh, maker.surface(), maker.tree(), maker.creases(), 1, part);

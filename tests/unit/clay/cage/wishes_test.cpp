@@ -150,6 +150,19 @@ TEST(QuadWishes, GuidesCrossAtOneVertex) {
   EXPECT_LE(threes, 8);
 }
 
+// The two ends of a short edge of creases are no crossing.
+TEST(QuadWishes, CornersOfAThinPlateStayApart) {
+  const Version plate = makeBlock(Store::make(), grid(), {0, 0, 0}, {24, 18, 2}, 0);
+  const CageMaker maker(plate, 1000, true, 1, WorkPart(nullptr));
+  const QuadMesh mesh = maker.make(WorkPart(nullptr)).mesh;
+  const QuadTopology topology(mesh);
+  std::vector<int> lines(mesh.positions.size());
+  for (const auto& edge : topology.edges())
+    if (edge.crease) ++lines[edge.from], ++lines[edge.to];
+  EXPECT_EQ(std::ranges::count(lines, 3), 8);
+  EXPECT_EQ(std::ranges::count(lines, 4), 0);
+}
+
 TEST(QuadWishes, WhatLeavesTheSurfaceIsNoGuide) {
   CageWishes wishes;
   wishes.guides = {ringAt(5)};
