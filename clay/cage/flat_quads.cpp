@@ -328,7 +328,7 @@ FlatQuads fitted(const Version& version, size_t most, bool mirrored, int threads
     unfoldQuads(now, maker.surface(), maker.tree(), maker.creases(), own.part(0, 0));
     fitQuads(now, maker.surface(), maker.tree(), maker.creases(), threads, own, true);
     if (out.mirror) makeMirrored(now, out.image, *out.mirror);
-    const double lack = lackOf(now, most, maker, threads);
+    const double lack = fits > 1 ? lackOf(now, most, maker, threads) : 0;
     if (i > 0 && !(lack < least)) continue;
     least = lack;
     out.mesh = now;
