@@ -269,7 +269,7 @@ class PenOnClay : public HandOnClay {
   Saved play(const std::string& file) {
     std::ofstream(scratch_ / "pen.jsonl") << lines_;
     RunningStudio studio(arguments({file, "--play", (scratch_ / "pen.jsonl").string()}), scratch_.path());
-    EXPECT_EQ(studio.wait(300), 0) << studio.said();
+    EXPECT_EQ(studio.wait(1800), 0) << studio.said();  // four minutes of work beside a build
     lines_.clear();
     t_ = 0.5;
     eraser_ = false;
