@@ -15,11 +15,11 @@
 #include <vector>
 
 #include "bench/bench.h"
+#include "bench/export/closed_model.h"
 #include "clay/cage/fit_cage.h"
 #include "clay/cage/flat_quads.h"
 #include "clay/field/primitives.h"
 #include "clay/field/region_work.h"
-#include "clay/import/mesh_to_clay.h"
 #include "clay/mesh/reduce.h"
 #include "clay/store/store.h"
 #include "clay/unwrap/charts.h"
@@ -36,7 +36,6 @@ namespace {
 using namespace clay;
 namespace fs = std::filesystem;
 
-constexpr double kSizeMm = 100, kVoxelMm = 0.25;
 constexpr size_t kFewQuads = 500, kQuads = 2000, kManyQuads = 10000;
 constexpr double kSculptVoxelMm = 0.5;
 constexpr double kBadJacobian = 0.2, kEnough = 0.95;
@@ -312,30 +311,6 @@ void tell(BenchReport& report, const char* what, const Totals& totals) {
         "refused {} of {}",
         what, totals.rms.size(), meanOf(totals.irregular), meanOf(totals.rms), meanOf(totals.most),
         meanOf(totals.seconds), totals.peerRefused, totals.peers));
-}
-
-// Clay of a file's mesh, kSizeMm long. None, and a line that says why, for one that cannot be read or is not closed.
-std::optional<Version> closedModel(BenchReport& report, const BenchOptions& options, const fs::path& file) {
-  const auto leftOut = [&](const char* why) {
-    report.heading(fmt::format("{}: left out: {}", file.filename().string(), why));
-    return std::nullopt;
-  };
-  try {
-    TriangleMesh mesh = io::merged(io::readModel(file, options.job).objects).mesh;
-    Vec3d low = mesh.positions.front(), high = low;
-    for (const Vec3d& p : mesh.positions) low = low.cwiseMin(p), high = high.cwiseMax(p);
-    for (Vec3d& p : mesh.positions) p = (p - 0.5 * (low + high)) * (kSizeMm / (high - low).maxCoeff());
-    ImportOptions how;
-    how.grid.voxelMm = kVoxelMm;
-    Imported clay = meshToClay(Store::make(), mesh, how, options.job);
-    if (!clay.report.sound()) return leftOut("not sound");
-    if (clay.version.stats().bricks == 0) return leftOut("no clay");
-    return std::move(clay.version);
-  } catch (const Cancelled&) {
-    throw;
-  } catch (const Error& e) {
-    return leftOut(e.what());
-  }
 }
 
 void measured(BenchReport& report, const BenchOptions& options, bool faces) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bench/bench.h"
+#include "bench/export/print_peers.h"
 #include "bench/models.h"
 #include "clay/brush/brush.h"
 #include "clay/field/necks.h"
@@ -183,6 +184,7 @@ void benchPrint(BenchReport& report, const BenchOptions& options) {
   result.note = fmt::format("a shell of eight voxels: {:.2f} us a vertex",
                             times.median() / static_cast<double>(surface.vertexCount()));
   report.add(result);
+  benchPrintPeers(report, options);
 }
 
 }  // namespace argil::bench

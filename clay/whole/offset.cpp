@@ -54,25 +54,27 @@ Version offset(const Version& version, double mm, int threads, const WorkPart& p
   return result;
 }
 
-Version shell(const Version& version, double innerMm, double outerMm, int threads, Job* job) {
+Version shell(const Version& version, double innerMm, double outerMm, int threads, Job* job, double narrowMm) {
   const double voxel = version.grid().voxelMm;
   if (version.stats().bricks == 0) throw Error("the piece is empty: there is nothing to hollow");
   if (!(innerMm >= 0 && outerMm >= 0) || !((innerMm + outerMm) / voxel >= kLeastWall))
     throw Error(fmt::format(
         "a wall of {:g} mm inside and {:g} mm outside at voxels of {:g} mm: give a wall of at least {:g} mm", innerMm,
         outerMm, voxel, kLeastWall * voxel));
+  if (!(narrowMm >= 0)) throw Error(fmt::format("hollows narrower than {:g} mm: give 0 or more", narrowMm));
   threads = threadCount(threads);
   const WorkPart all(job);
-  const double inner = innerMm / voxel, outer = outerMm / voxel, share = 0.9 * outer / (inner + outer);
-  const Version outside = moved(version, outer, threads, all.part(0, share));
-  const Version hollow = moved(version, -inner, threads, all.part(share, 0.9));
+  const double inner = innerMm / voxel, outer = outerMm / voxel, ball = 0.5 * narrowMm / voxel,
+               work = (inner + outer + 2 * ball) / 0.9, outside = outer / work, middles = (outer + inner + ball) / work;
+  const Version around = moved(version, outer, threads, all.part(0, outside));
+  Version hollow = moved(version, -inner - ball, threads, all.part(outside, middles));
   if (hollow.stats().bricks == 0)
     throw Error(
-        fmt::format(
-            "nothing is hollow with a wall of {:g} mm to the inside: the piece is thinner than twice that; give less",
-            innerMm),
+        fmt::format("nothing is hollow with a wall of {:g} mm to the inside{}: the piece is too thin; give less",
+                    innerMm, ball > 0 ? fmt::format(", hollows {:g} mm wide and more", narrowMm) : ""),
         Error::Kind::work);
-  const Version wall = combine(outside, hollow, Combination::cut, {}, all.part(0.9, 1));
+  hollow = moved(hollow, ball, threads, all.part(middles, 0.9));
+  const Version wall = combine(around, hollow, Combination::cut, {}, all.part(0.9, 1));
   if (job) job->step(1);
   return wall;
 }

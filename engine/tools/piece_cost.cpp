@@ -68,10 +68,12 @@ Measure offset(const Document& document, const PieceArguments& a) {
 }
 Measure shell(const Document& document, const PieceArguments& a) {
   const Piece& piece = at(document, a);
-  const auto& [inner, outer] = a.get<ShellValues>();
+  const auto& [inner, outer, narrow] = a.get<ShellValues>();
   const double in = bricksOf(piece);
   const double outside = outer > 0 ? grown(piece, outer) : 1, inside = inner > 0 ? grown(piece, -inner) : 1;
-  return {in, in * (outside + inside), in * (outside * outer + inner) / voxelOf(piece)};
+  // Of the two offsets that it takes one more.
+  return {in * (narrow > 0 ? 1 + 0.5 * inside : 1), in * (outside + inside),
+          in * (outside * outer + inner + narrow) / voxelOf(piece)};
 }
 Measure smooth(const Document& document, const PieceArguments& a) {
   const double in = bricksOf(at(document, a));

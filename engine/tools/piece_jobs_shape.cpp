@@ -44,8 +44,8 @@ PieceResult offset(const Document& document, const PieceArguments& a, Job* job) 
 
 PieceResult shell(const Document& document, const PieceArguments& a, Job* job) {
   const Piece& piece = pieceOf(document, a);
-  const auto& [innerMm, outerMm] = a.get<ShellValues>();
-  return changedTo(piece, clay::shell(piece.version, innerMm, outerMm, 0, job));
+  const auto& [innerMm, outerMm, narrowMm] = a.get<ShellValues>();
+  return changedTo(piece, clay::shell(piece.version, innerMm, outerMm, 0, job, narrowMm));
 }
 
 PieceResult smooth(const Document& document, const PieceArguments& a, Job* job) {
@@ -175,6 +175,15 @@ constexpr std::array kShell{
         .low = 0,
         .high = 100,
         .standard = 0,
+    }),
+    valueRow<&ShellValues::narrowMm>({
+        .id = "narrow",
+        .name = "Least hollow",
+        .help = "Hollows narrower than this stay solid, as in pins and thin plates; 0: all are made.",
+        .unit = "mm",
+        .low = 0,
+        .high = 100,
+        .standard = 2,
     }),
 };
 constexpr std::array kSmooth{

@@ -24,7 +24,7 @@ struct OffsetValues {
 };
 /// Walls to both sides of the surface.
 struct ShellValues {
-  double innerMm = 2, outerMm = 0;
+  double innerMm = 2, outerMm = 0, narrowMm = 2;
   friend bool operator==(const ShellValues&, const ShellValues&) = default;
 };
 struct SmoothValues {

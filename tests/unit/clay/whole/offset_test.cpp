@@ -7,7 +7,9 @@
 #include <cmath>
 
 #include "clay/field/primitives.h"
+#include "clay/store/sampler.h"
 #include "clay/store/store.h"
+#include "clay/whole/boolean.h"
 #include "tests/unit/clay/clay_checks.h"
 #include "tests/unit/clay/whole/whole_checks.h"
 
@@ -114,6 +116,37 @@ TEST(Shell, WallIsAsThickAsAsked) {
   }
   EXPECT_THROW((void)shell(sphere, 0.5, 0.2), Error);
   EXPECT_THROW((void)shell(sphere, 16, 0), Error);
+}
+
+// A ball with a pin and a plate, which are thicker than two walls: without a least width they hold slits.
+TEST(Shell, HollowsThatAreTooNarrowStaySolid) {
+  const Grid grid = gridOf(0.5);
+  const Version clay = combine(combine(makeSphere(Store::make(), grid, Vec3d::Zero(), 15),
+                                       makeRod(Store::make(), grid, {0, 0, 10}, {0, 0, 30}, 2.8), Combination::join),
+                               makeBlock(Store::make(), grid, {0, 0, -16}, {40, 40, 5.3}, 0), Combination::join);
+  const auto airAt = [](const Version& wall, const Vec3d& mm) {
+    Sampler sampler(wall);
+    const Vec3d v = wall.grid().toVoxel(mm).array().round();
+    return sampler.voxel(Coord{int32_t(v.x()), int32_t(v.y()), int32_t(v.z())}) > 0;
+  };
+  const Version all = shell(clay, 2, 0, 2), wide = shell(clay, 2, 0, 2, nullptr, 3);
+  for (const Vec3d& within : {Vec3d(0, 0, 22), Vec3d(16, 16, -16)}) {
+    EXPECT_TRUE(airAt(all, within)) << within.transpose();
+    EXPECT_FALSE(airAt(wide, within)) << within.transpose();
+  }
+  // The ball is as hollow as before, with a wall as thick.
+  for (const Version& wall : {all, wide}) {
+    EXPECT_TRUE(airAt(wall, Vec3d::Zero()));
+    EXPECT_TRUE(airAt(wall, {12.4, 0, 0}));
+    EXPECT_FALSE(airAt(wall, {13.6, 0, 0}));
+    expectProperBand(wall, 1.1);
+    expectClosed(wall, 2);
+  }
+  // As wide as it can be, and no wider.
+  EXPECT_NO_THROW((void)shell(clay, 2, 0, 2, nullptr, 25));
+  EXPECT_THROW((void)shell(clay, 2, 0, 2, nullptr, 27), Error);
+  EXPECT_THROW((void)shell(clay, 2, 0, 2, nullptr, std::nan("")), Error);
+  EXPECT_THROW((void)shell(clay, 2, 0, 2, nullptr, -1), Error);
 }
 
 }  // namespace
