@@ -20,7 +20,7 @@ namespace argil::clay {
 /// hollow. A part that is thinner than twice the inner wall stays solid, and so does what would be a hollow narrower
 /// than `narrowMm`: hollows are what a ball of that width reaches, so their corners are as round as it. The wall must
 /// be at least two voxels thick. As offset(), of which it takes three with narrow hollows, else two.
-[[nodiscard]] Version shell(const Version& version, double innerMm, double outerMm, int threads = 0,
-                            Job* job = nullptr, double narrowMm = 0);
+[[nodiscard]] Version shell(const Version& version, double innerMm, double outerMm, int threads = 0, Job* job = nullptr,
+                            double narrowMm = 0);
 
 }  // namespace argil::clay
