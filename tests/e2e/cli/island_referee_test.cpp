@@ -117,8 +117,9 @@ std::string heap(unsigned seed) {
         R"({{"operation": "{}", "name": "P{}", "voxel_mm": 0.25, "centre_mm": [{:.3f}, {:.3f}, {:.3f}], )"
         R"("axis": [{:.3f}, {:.3f}, {:.3f}], )",
         ring ? "ring" : "cylinder", i, in(-18, 18), in(-18, 18), in(-14, 16), in(-1, 1), in(-1, 1), in(-1, 1));
-    steps += ring ? fmt::format(R"("radius_mm": {:.3f}, "tube_mm": {:.3f}}}, )", in(4, 8), in(1, 2))
-                  : fmt::format(R"("radius_mm": {:.3f}, "height_mm": {:.3f}}}, )", in(1, 3), in(6, 24));
+    steps +=
+        ring ? fmt::format(R"("radius_mm": {:.3f}, "tube_mm": {:.3f}}}, )", in(4, 8), in(1, 2))
+             : fmt::format(R"("radius_mm": {:.3f}, "height_mm": {:.3f}, "round_mm": 0.2}}, )", in(0.5, 2.5), in(6, 24));
     steps += fmt::format(R"({{"operation": "join", "pieces": ["Clay", "P{}"]}}{})", i, i + 1 < kBodies ? ", " : "");
   }
   return R"({"argil": 1, "units": "mm", "setup": [{"voxel_mm": 0.25}, {"sphere": {"radius_mm": 12}}], "strokes": [)" +
