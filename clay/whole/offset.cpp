@@ -65,15 +65,22 @@ Version shell(const Version& version, double innerMm, double outerMm, int thread
   threads = threadCount(threads);
   const WorkPart all(job);
   const double inner = innerMm / voxel, outer = outerMm / voxel, ball = 0.5 * narrowMm / voxel,
-               work = (inner + outer + 2 * ball) / 0.9, outside = outer / work, middles = (outer + inner + ball) / work;
+               work = (inner + outer + 2 * ball) / 0.9, outside = outer / work, within = (outer + inner) / work,
+               middles = within + ball / work;
   const Version around = moved(version, outer, threads, all.part(0, outside));
-  Version hollow = moved(version, -inner - ball, threads, all.part(outside, middles));
+  Version hollow = moved(version, -inner, threads, all.part(outside, within));
+  if (ball > 0 && hollow.stats().bricks > 0) {
+    const Version middle = moved(hollow, -ball, threads, all.part(within, middles));
+    // Both: beside sharp edges what goes out again goes up to half a voxel too far.
+    hollow = middle.stats().bricks == 0 ? middle
+                                        : combine(hollow, moved(middle, ball, threads, all.part(middles, 0.85)),
+                                                  Combination::intersect, {}, all.part(0.85, 0.9));
+  }
   if (hollow.stats().bricks == 0)
     throw Error(
         fmt::format("nothing is hollow with a wall of {:g} mm to the inside{}: the piece is too thin; give less",
                     innerMm, ball > 0 ? fmt::format(", hollows {:g} mm wide and more", narrowMm) : ""),
         Error::Kind::work);
-  hollow = moved(hollow, ball, threads, all.part(middles, 0.9));
   const Version wall = combine(around, hollow, Combination::cut, {}, all.part(0.9, 1));
   if (job) job->step(1);
   return wall;

@@ -19,7 +19,7 @@ namespace argil::clay {
 /// A wall around the surface, `innerMm` to its inside and `outerMm` to its outside; what is farther inside becomes
 /// hollow. A part that is thinner than twice the inner wall stays solid, and so does what would be a hollow narrower
 /// than `narrowMm`: hollows are what a ball of that width reaches, so their corners are as round as it. The wall must
-/// be at least two voxels thick. As offset(), of which it takes three with narrow hollows, else two.
+/// be at least two voxels thick. As offset(), of which it takes four with narrow hollows, else two.
 [[nodiscard]] Version shell(const Version& version, double innerMm, double outerMm, int threads = 0, Job* job = nullptr,
                             double narrowMm = 0);
 

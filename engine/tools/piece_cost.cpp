@@ -71,8 +71,8 @@ Measure shell(const Document& document, const PieceArguments& a) {
   const auto& [inner, outer, narrow] = a.get<ShellValues>();
   const double in = bricksOf(piece);
   const double outside = outer > 0 ? grown(piece, outer) : 1, inside = inner > 0 ? grown(piece, -inner) : 1;
-  // Two offsets, and a third one of the hollow.
-  return {in * (narrow > 0 ? 1 + 0.5 * inside : 1), in * (outside + inside),
+  // Two offsets, and two of the hollow.
+  return {in * (narrow > 0 ? 1 + inside : 1), in * (outside + inside),
           in * (outside * outer + inner + narrow) / voxelOf(piece)};
 }
 Measure smooth(const Document& document, const PieceArguments& a) {

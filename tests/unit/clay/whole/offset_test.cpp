@@ -142,6 +142,18 @@ TEST(Shell, HollowsThatAreTooNarrowStaySolid) {
     expectProperBand(wall, 1.1);
     expectClosed(wall, 2);
   }
+  // No wall becomes thinner by it, beside the sharp edges of the plate neither.
+  Sampler sampler(all);
+  wide.forEachBrick([&](const Brick& brick) {
+    BrickValues room;
+    const float* phi = brick.values(room);
+    for (int i = 0; i < 512; ++i) {
+      const Coord at{brick.coord.x * 8 + i / 64, brick.coord.y * 8 + i / 8 % 8, brick.coord.z * 8 + i % 8};
+      if (phi[i] >= 0) {
+        EXPECT_GT(sampler.voxel(at), -0.05) << at.x << ' ' << at.y << ' ' << at.z;
+      }
+    }
+  });
   // As wide as it can be, and no wider.
   EXPECT_NO_THROW((void)shell(clay, 2, 0, 2, nullptr, 25));
   EXPECT_THROW((void)shell(clay, 2, 0, 2, nullptr, 27), Error);
