@@ -65,7 +65,7 @@ Version shell(const Version& version, double innerMm, double outerMm, int thread
   threads = threadCount(threads);
   const WorkPart all(job);
   const double inner = innerMm / voxel, outer = outerMm / voxel, ball = 0.5 * narrowMm / voxel,
-               work = (inner + outer + 2 * ball) / 0.9, outside = outer / work, within = (outer + inner) / work,
+               work = (inner + outer + 2 * ball) / 0.85, outside = outer / work, within = (outer + inner) / work,
                middles = within + ball / work;
   const Version around = moved(version, outer, threads, all.part(0, outside));
   Version hollow = moved(version, -inner, threads, all.part(outside, within));
