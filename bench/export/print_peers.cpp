@@ -29,8 +29,9 @@ using namespace clay;
 namespace fs = std::filesystem;
 
 constexpr int kRuns = 5;
-constexpr double kWallMm = 1, kShellMm = 2.4, kNarrowMm = 4,
-                 kGapMm = 3;  // narrow: what PrusaSlicer closes when left as it is
+constexpr double kWallMm = 1, kShellMm = 2.4, kGapMm = 3;
+constexpr double kNarrowMm = 4;  // twice PrusaSlicer's closing distance when left as it is
+constexpr size_t kCopies = 150;  // more than a bed holds
 constexpr const char *kBlender = "/usr/bin/blender", *kSlicer = "/usr/bin/prusa-slicer";
 
 // Looks for walls under so many mm in the first file and writes what it found, and in how many seconds, to the second.
@@ -49,7 +50,7 @@ from object_print3d_utils import report
 json.dump({'seconds': seconds, 'thin': len(report.info()[0][1][1])}, open(told, 'w'))
 )";
 
-// Seconds that a program takes, with where it is started; none where it fails.
+// Seconds from the start of a program to its end; none where it fails.
 std::optional<double> secondsOf(const char* program, const std::vector<std::string>& arguments) {
   const Stopwatch watch;
   io::ChildProcess process(program, arguments, {});
@@ -134,7 +135,7 @@ void nesting(BenchReport& report, const BenchOptions& options, const std::string
              const fs::path& folder) {
   std::vector<engine::Vec2d> footprint;
   for (const Vec3d& p : mesh.positions) footprint.emplace_back(p.head<2>());
-  const std::vector<std::vector<engine::Vec2d>> many(150, footprint);
+  const std::vector<std::vector<engine::Vec2d>> many(kCopies, footprint);
   const engine::NestOptions how{.gapMm = kGapMm};
   const Stopwatch watch;
   const std::vector<engine::Nested> nested = engine::nest(many, how, WorkPart(options.job));

@@ -105,7 +105,7 @@ class LayerTree {
   size_t layer_ = 0;
 };
 
-// Random bodies around a ball, joined: arms that hang down, rings, blocks, some of them in the air.
+// Random pins and rings around a ball, joined; some of them in the air.
 std::string heap(unsigned seed) {
   constexpr int kBodies = 14;
   std::mt19937 random(seed);
