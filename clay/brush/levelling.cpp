@@ -163,8 +163,8 @@ bool mayMove(const LevelPlane& plane, const BrickValues& now, float band, const 
     int any = 0;
     for (int z = 0; z < kBrickEdge; ++z) {
       const float phi = now[row + z], height = (across + alongZ[z]) - plane.offset;
-      const int goes = (plane.down & (std::min(phi, 0.0f) < height)) | (plane.up & (std::max(phi, 0.0f) > height));
-      any |= goes & (weight[row + z] > 0) & (std::abs(phi) < band);
+      const int falls = plane.down & (std::min(phi, 0.0f) < height), rises = plane.up & (std::max(phi, 0.0f) > height);
+      any |= (falls | rises) & (weight[row + z] > 0) & (std::abs(phi) < band);
     }
     if (any) return true;
   }
