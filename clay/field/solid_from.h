@@ -64,16 +64,16 @@ double areaOf(const Distance& distance, Coord brick, int bits) {
 }
 
 /// `distance` is a true distance in voxels (1-Lipschitz) at a voxel coordinate. Throws Error for a box of less than two
-/// voxels or more than 65 536 along an edge, Cancelled.
+/// voxels or more than 65 536 along an edge or from the origin to its middle, Cancelled.
 template <class Distance>
 Version make(std::shared_ptr<Store> store, const Grid& grid, const Vec3d& centreMm, const Vec3d& halfMm,
              const char* what, Job* job, const Distance& distance) {
   grid.check();
   const Vec3d half = halfMm / grid.voxelMm, centre = grid.toVoxel(centreMm);
-  if (!centre.allFinite() || !half.allFinite() || half.minCoeff() < 1 || 2 * half.maxCoeff() > kMaxExtent)
+  if (!half.allFinite() || half.minCoeff() < 1 || 2 * half.maxCoeff() > kMaxExtent)
     throw Error(fmt::format("{} of {} × {} × {} mm at voxels of {} mm: each side must be 2 to {} voxels", what,
                             2 * halfMm.x(), 2 * halfMm.y(), 2 * halfMm.z(), grid.voxelMm, kMaxExtent));
-  if (centre.cwiseAbs().maxCoeff() > kMaxExtent)
+  if (!(centre.array().abs() <= kMaxExtent).all())
     throw Error(fmt::format("{} lies more than {} voxels from its grid's origin: set the grid's origin near it", what,
                             kMaxExtent));
   requireMemory(bytesOfClay(areaOf(distance, Editor::blockFirst({0, 0, 0}, kTreeLevels), kBlockBits * kTreeLevels),

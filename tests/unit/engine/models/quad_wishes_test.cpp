@@ -22,7 +22,7 @@ class QuadWishesTest : public testing::Test {
     Piece piece;
     clay::Grid grid;
     grid.voxelMm = 0.5;
-    piece.version = clay::makeSphere(clay::Store::make(), grid, {}, 10);
+    piece.version = clay::makeSphere(clay::Store::make(), grid, Vec3d::Zero(), 10);
     piece.name = "Ball";
     piece.pose.translation = {30, -4, 5};
     piece.pose.rotation = Eigen::AngleAxisd(0.6, Vec3d(1, 0, 1).normalized());
