@@ -86,7 +86,16 @@ std::vector<SettledBrick> solve(const Sampler& before, Editor& editor, std::span
   return settleBricks(editor, coords, wanted, threads, [&](size_t i, FloatBrick& brick) {
     BrickValues room;
     const float most = options.toleranceOf(renew.empty() ? Renew::none : renew[i]);
-    return settleDistance(sources[i].values(room, band), solver.values(i), band, most, brick);
+    const BrickValues& old = sources[i].values(room, band);
+    if (!options.stands) return settleDistance(old, solver.values(i), band, most, brick);
+    float solved[kBrickVoxels];
+    for (int v = 0; v < kBrickVoxels; ++v) {
+      const float size = std::abs(old[v]);
+      solved[v] = solver.values(i)[v];
+      if (solved[v] - size < most) continue;
+      if (options.stands(coords[i] * kBrickEdge + Coord{v >> 6, (v >> 3) & 7, v & 7}, old[v])) solved[v] = size;
+    }
+    return settleDistance(old, solved, band, most, brick);
   });
 }
 

@@ -11,6 +11,7 @@
 
 #include "clay/base/parallel.h"
 #include "clay/field/settle.h"
+#include "clay/field/thin_parts.h"
 #include "clay/field/work_rooms.h"
 #include "clay/store/brick_set.h"
 #include "clay/store/channel_source.h"
@@ -138,7 +139,7 @@ ChannelBlock carried(const DistanceBox& box, ChannelSource& old, Coord low, std:
 }  // namespace
 
 Version rebuild(const Version& source, std::span<const Coord> regions, DistanceBox::Reach reach, int threads,
-                const WorkPart& part, float shift) {
+                const WorkPart& part, float shift, ThinParts* gone) {
   const float band = source.grid().band;
   // What is farther off than looked is outside of the band, and not a last digit within it: all of space would be.
   for (; reach.outside - shift < band; reach.outside = std::nextafter(reach.outside, HUGE_VALF)) {
@@ -195,6 +196,10 @@ Version rebuild(const Version& source, std::span<const Coord> regions, DistanceB
   });
   // What vanished leaves values that are within the band of nothing.
   dropWithoutSurface(editor, written);
+  std::vector<Coord> renewed;
+  const ThinParts here = removeThin(editor, written, renewed);
+  if (gone != nullptr) *gone += here;
+  if (!renewed.empty()) dropWithoutSurface(editor, written);
   // Where an edge came up or two sides met.
   limitSlopes(editor, written, threads, part.part(0.98, 1));
   if (channels)

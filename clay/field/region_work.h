@@ -11,6 +11,8 @@
 
 namespace argil::clay {
 
+struct ThinParts;  // clay/field/thin_parts.h
+
 inline constexpr int kRegionBricks = 8;
 inline constexpr int kRegionVoxels = kRegionBricks * kBrickEdge;
 
@@ -31,9 +33,10 @@ void copyAll(const Version& version, Editor& target, const WorkPart& part);
 
 /// A version of the same grid in a store of its own: each voxel of `regions` has the distance of a box that was filled
 /// there with `reach`, less `shift`; elsewhere there are the tiles of `source`. The reach covers the shifted band.
-/// Channels come along from the nearest place of the old surface. The result depends on neither threads nor order.
+/// Channels come along from the nearest place of the old surface. What is thinner than kThinnest goes and is added to
+/// `gone`. The result depends on neither threads nor order.
 [[nodiscard]] Version rebuild(const Version& source, std::span<const Coord> regions, DistanceBox::Reach reach,
-                              int threads, const WorkPart& part, float shift);
+                              int threads, const WorkPart& part, float shift, ThinParts* gone = nullptr);
 
 /// In voxels³, if the surface lay `shift` voxels farther out, less than the band: a voxel counts with 1/2 − phi,
 /// between 0 and 1, which is right on average for a plane of any direction. The result does not depend on `threads`.

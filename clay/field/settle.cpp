@@ -213,7 +213,8 @@ void dropWithoutSurface(Editor& editor, const std::vector<Coord>& coords) {
     if (const Brick* brick = editor.find(c).brick()) editor.setTile(c, brick->anyInside ? Tile::inside : Tile::outside);
 }
 
-void redistanceAll(Editor& editor, std::vector<Coord> coords, const WorkPart& part, float tolerance) {
+void redistanceAll(Editor& editor, std::vector<Coord> coords, const WorkPart& part, float tolerance,
+                   const std::function<bool(Coord, float)>& stands) {
   std::sort(coords.begin(), coords.end());
   dropWithoutSurface(editor, coords);
   std::erase_if(coords, [&](Coord c) { return !editor.find(c).brick(); });
@@ -224,7 +225,7 @@ void redistanceAll(Editor& editor, std::vector<Coord> coords, const WorkPart& pa
     for (size_t from = 0; from < coords.size(); from += kRedistanceAtOnce) {
       part.step((static_cast<double>(from) + static_cast<double>(coords.size()) * round) / all);
       redistance(editor, std::span(coords).subspan(from, std::min(kRedistanceAtOnce, coords.size() - from)), {}, 1,
-                 {.tolerance = tolerance});
+                 {.tolerance = tolerance, .stands = stands});
     }
 }
 

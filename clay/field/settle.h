@@ -39,9 +39,9 @@ void keepChannels(Editor& editor, const Version& from);
 /// Bricks of `coords` without a sign change in themselves or a neighbour become tiles: a band is no wider than a brick.
 void dropWithoutSurface(Editor& editor, const std::vector<Coord>& coords);
 /// redistance() of any number of bricks, after those without a surface near became tiles, in an order of their own:
-/// about 5 KB each at a time, twice where there are too many for one call.
+/// about 5 KB each at a time, twice where there are too many for one call. `stands`: see Redistancing.
 void redistanceAll(Editor& editor, std::vector<Coord> coords, const WorkPart& part,
-                   float tolerance = kRedistanceTolerance);
+                   float tolerance = kRedistanceTolerance, const std::function<bool(Coord, float)>& stands = nullptr);
 /// Those of the bricks around `coords` (themselves among them) that the editor has, each once, sorted.
 [[nodiscard]] std::vector<Coord> bricksAround(const Editor& editor, const std::vector<Coord>& coords);
 

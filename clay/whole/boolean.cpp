@@ -10,6 +10,7 @@
 #include "clay/field/redistance.h"
 #include "clay/field/region_work.h"
 #include "clay/field/settle.h"
+#include "clay/field/thin_parts.h"
 #include "clay/field/work_rooms.h"
 #include "clay/kernels/shaping_kernels.h"
 #include "clay/store/brick_set.h"
@@ -45,6 +46,7 @@ class Combiner {
         turnB_(how != Combination::intersect),
         channels_(ChannelSource::any(editor.base())),
         channelsB_(ChannelSource::any(b)),
+        facing_(turnA_ ? Tile::inside : Tile::outside),
         fieldA_(editor.base()),
         fieldB_(b),
         all_(std::max<uint64_t>(b.stats().bricks, 1)),
@@ -68,6 +70,22 @@ class Combiner {
 
   /// Bricks with voxels whose distance was measured to what the other solid took away.
   [[nodiscard]] const std::vector<Coord>& creases() const { return creases_; }
+  /// Whether the distance that combine() gave a voxel is one to the new surface.
+  [[nodiscard]] bool stands(Coord voxel) {
+    const float band = editor_.grid().band;
+    const float pa = turned(turnA_, fieldA_.voxel(voxel)), pb = turned(turnB_, fieldB_.voxel(voxel));
+    if (facing_.holds(voxel)) return false;
+    if (std::max(pa, pb) <= 0) return true;
+    return standsOnSurface(
+        voxel.toVec3d(), pa, pb, band,
+        [&](int axis, int step) { return turned(turnA_, fieldA_.voxel(beside(voxel, axis, step))); },
+        [&](int axis, int step) { return turned(turnB_, fieldB_.voxel(beside(voxel, axis, step))); },
+        [&](const Vec3d& p) {
+          return std::max(turned(turnA_, fieldA_.trilinear(p)), turned(turnB_, fieldB_.trilinear(p)));
+        });
+  }
+  /// Voxels where both surfaces face each other.
+  [[nodiscard]] const ThinVoxels& facing() const { return facing_; }
   /// Where there are channels: bricks in which both clays have a band.
   [[nodiscard]] const std::vector<Coord>& met() const { return met_; }
 
@@ -154,8 +172,9 @@ class Combiner {
       near |= isNear(pa, pb, band);
       if (mayEnd(pa, pb, band)) {
         ends = true;
-        value = outside(a.coord * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7}, pa, pb);
+        value = outside(voxelOf(a.coord, i), pa, pb);
       }
+      if (pa + pb > -kThinnest && pa + pb < kHiding) face(voxelOf(a.coord, i), pa, pb, band);
       phi[i] = turnA_ ? -value : value;
     }
     editor_.setVoxels(a.coord, phi);
@@ -164,14 +183,26 @@ class Combiner {
     if (channels_ || channelsB_) met_.push_back(a.coord);
   }
 
+  [[nodiscard]] static Coord voxelOf(Coord brick, int i) {
+    return brick * kBrickEdge + Coord{i >> 6, (i >> 3) & 7, i & 7};
+  }
+  [[nodiscard]] static Coord beside(Coord voxel, int axis, int step) {
+    return voxel + Coord{axis == 0 ? step : 0, axis == 1 ? step : 0, axis == 2 ? step : 0};
+  }
   float outside(Coord voxel, float pa, float pb) {
-    const auto next = [&](int axis, int step) {
-      return voxel + Coord{axis == 0 ? step : 0, axis == 1 ? step : 0, axis == 2 ? step : 0};
-    };
     return wedgeDistance(
         pa, pb, editor_.grid().band,
-        [&](int axis, int step) { return turned(turnA_, fieldA_.voxel(next(axis, step))); },
-        [&](int axis, int step) { return turned(turnB_, fieldB_.voxel(next(axis, step))); });
+        [&](int axis, int step) { return turned(turnA_, fieldA_.voxel(beside(voxel, axis, step))); },
+        [&](int axis, int step) { return turned(turnB_, fieldB_.voxel(beside(voxel, axis, step))); });
+  }
+  void face(Coord voxel, float pa, float pb, float band) {
+    if (!faceEachOther(
+            pa, pb, band, [&](int axis, int step) { return turned(turnA_, fieldA_.voxel(beside(voxel, axis, step))); },
+            [&](int axis, int step) { return turned(turnB_, fieldB_.voxel(beside(voxel, axis, step))); }))
+      return;
+    // Zero is outside, whichever solid is turned.
+    const float value = std::max(pa, pb);
+    facing_.add(voxel, turnA_ ? value <= 0 : value < 0);
   }
   [[nodiscard]] static float turned(bool turn, float value) { return turn ? -value : value; }
 
@@ -179,6 +210,7 @@ class Combiner {
   const Version& b_;
   const MaterialMap& materials_;
   bool turnA_, turnB_, channels_, channelsB_;
+  ThinVoxels facing_;
   Sampler fieldA_, fieldB_;
   std::vector<Coord> creases_, met_;
   uint64_t done_ = 0, all_;
@@ -214,6 +246,53 @@ void takeChannels(Editor& editor, std::span<const Coord> bricks, const Version& 
     }
     block.store(editor, bricks[i]);
   }
+}
+
+// Area of the faces of both clays that touch, and volume of what lies between them.
+struct Seam {
+  double area = 0, volume = 0;
+};
+// Edges of voxels along an axis cross a face as often as it is wide there, so each counts with the face's normal, and
+// with as much of it as lies in `joined`.
+Seam seamOf(const ThinVoxels& facing, const Version& a, const Version& b, Combination how, const Editor& joined) {
+  const float signA = how == Combination::join ? -1 : 1, signB = how == Combination::intersect ? 1 : -1;
+  Sampler fieldA(a), fieldB(b), fieldOf(joined);
+  constexpr Coord kAxes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  ThinVoxels places(Tile::inside);
+  facing.forEach([&](Coord voxel) {
+    places.add(voxel, false);
+    for (const Coord axis : kAxes) {
+      places.add(voxel + axis, false);
+      places.add(voxel - axis, false);
+    }
+  });
+  // Distance to the middle between both, and the distance between them.
+  const auto middle = [&](Coord at) { return (signA * fieldA.voxel(at) - signB * fieldB.voxel(at)) / 2; };
+  const auto apart = [&](Coord at) { return -(signA * fieldA.voxel(at) + signB * fieldB.voxel(at)); };
+  const bool joins = how == Combination::join;
+  Seam seam;
+  places.forEach([&](Coord voxel) {
+    const float here = middle(voxel), gap = apart(voxel);
+    if (std::abs(here) > 1) return;
+    float slope[3], length = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      slope[axis] = (middle(voxel + kAxes[axis]) - middle(voxel - kAxes[axis])) / 2;
+      length += slope[axis] * slope[axis];
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      const Coord next = voxel + kAxes[axis];
+      if ((middle(next) < 0) == (here < 0) || !places.holds(next)) continue;
+      const bool isHere = facing.holds(voxel), isNext = facing.holds(next);
+      const float between = isHere ? gap : isNext ? apart(next) : 0;
+      if (std::abs(between) > kThinnest) continue;
+      const float depth = joins ? (fieldOf.voxel(voxel) + fieldOf.voxel(next)) / 2 : isHere || isNext ? -1.0f : 1.0f;
+      const double part = double(std::abs(slope[axis]) / std::sqrt(std::max(length, 1e-6f))) *
+                          double(std::clamp(0.5f - depth, 0.0f, 1.0f));
+      seam.area += part;
+      seam.volume += part * double(std::max(between, 0.0f));
+    }
+  });
+  return seam;
 }
 
 // Quadratic smooth maximum: max where they differ by more than the width (Quilez).
@@ -266,7 +345,7 @@ std::vector<Coord> blend(Editor& editor, const Version& a, const Version& b, Com
 
 // `width`: voxels of blend, 0 for none.
 Version combineOnGrid(const Version& a, const Version& b, Combination how, float width, const MaterialMap& materials,
-                      int threads, const WorkPart& part) {
+                      int threads, const WorkPart& part, ThinParts* gone) {
   Editor editor(a);
   const double shape = width > 0 ? 0.1 : 0.8;
   Combiner combiner(editor, b, how, materials, part.part(0, shape));
@@ -276,10 +355,27 @@ Version combineOnGrid(const Version& a, const Version& b, Combination how, float
     changed = blend(editor, a, b, how, width, threads, part.part(shape, 0.98));
   } else {
     changed = combiner.creases();
+    if (!combiner.facing().empty()) {
+      ThinParts here;
+      combiner.facing().settle(editor, here);
+      const Seam seam = seamOf(combiner.facing(), a, b, how, editor);
+      (how == Combination::join ? here.airVolume : here.clayVolume) = seam.volume;
+      if (how == Combination::join) here.seamArea = seam.area;
+      const std::vector<Coord> around = bricksAround(editor, combiner.facing().bricks());
+      // What rounding hid from the rule.
+      ThinVoxels rest(how == Combination::join ? Tile::inside : Tile::outside);
+      rest.find(editor, around);
+      if (!rest.empty()) rest.settle(editor, here);
+      changed.insert(changed.end(), around.begin(), around.end());
+      std::sort(changed.begin(), changed.end());
+      changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
+      if (gone != nullptr) *gone += here;
+    }
     // Where more than two surfaces meet, the line between two of them may be cut off by the third, and where they only
     // come near each other there is no such line: values that nothing beside them supports go, and none is farther from
     // the surface than its neighbours allow.
-    redistanceAll(editor, changed, part.part(shape, 0.9), kExactTolerance);
+    redistanceAll(editor, changed, part.part(shape, 0.9), kExactTolerance,
+                  [&](Coord voxel, float) { return combiner.stands(voxel); });
     std::sort(changed.begin(), changed.end());
     std::erase_if(changed, [&](Coord c) { return !editor.find(c).brick(); });
     limitSlopes(editor, changed, threads, part.part(0.9, 0.98));
@@ -306,7 +402,7 @@ Version combine(const Version& a, const Version& b, Combination how, const Combi
   const double ready = other ? 0.6 : 0;
   const Version second = other ? resample(b, a.grid(), Eigen::Isometry3d::Identity(), threads, part.part(0, ready)) : b;
   const Version result = combineOnGrid(a, second, how, width < 1 ? 0 : static_cast<float>(width), options.materials,
-                                       threads, part.part(ready, 1));
+                                       threads, part.part(ready, 1), options.gone);
   part.step(1);
   return result;
 }

@@ -11,6 +11,8 @@
 
 namespace argil::clay {
 
+struct ThinParts;  // clay/field/thin_parts.h
+
 enum class Combination : uint8_t {
   join,       ///< What is in either.
   cut,        ///< What is in the first and not in the second.
@@ -23,13 +25,15 @@ struct CombineOptions {
   int threads = 0;  ///< 0 for all cores; of resampling and blending. The result does not depend on it.
   /// What b's materials become, by their number; those beyond its end, as with none, stay.
   std::vector<uint8_t> materials = {};
+  ThinParts* gone = nullptr;  ///< What went because it was too thin is added to it, where there is no blend.
 };
 
 /// A version made from `a`, in its store, beside whoever edits there: whole nodes of it are shared wherever `b` is all
 /// inside or all outside, and where `a` is so, b's bricks are copied. A `b` on another grid is resampled first: see
-/// resample(). Where both surfaces meet distances are made anew. Channels come with the surface that is nearer, those
-/// of a cut with b's. Throws Error for a blend out of range, Cancelled. The result may be empty. Cost follows the
-/// bricks of b and those of a near b.
+/// resample(). Where both surfaces meet distances are made anew. What is thinner than kThinnest goes: films where faces
+/// of both coincide, and gaps between faces that touch, which become one body. Channels come with the surface that is
+/// nearer, those of a cut with b's. Throws Error for a blend out of range, Cancelled. The result may be empty. Cost
+/// follows the bricks of b and those of a near b.
 [[nodiscard]] Version combine(const Version& a, const Version& b, Combination how, const CombineOptions& options = {},
                               Job* job = nullptr);
 

@@ -12,6 +12,7 @@
 #include "clay/base/parallel.h"
 #include "clay/field/redistance.h"
 #include "clay/field/settle.h"
+#include "clay/field/thin_parts.h"
 #include "clay/store/editor.h"
 #include "clay/store/sampler.h"
 #include "clay/store/tree_view.h"
@@ -33,22 +34,27 @@ Vec3d unit(const char* what, const Vec3d& v) {
 class Cutter {
  public:
   Cutter(const Version& version, const Divider& divider, bool keepFirst, std::shared_ptr<Store> store, Job* job,
-         int threads)
+         int threads, ThinParts* gone)
       : version_(version),
         divider_(divider),
         sign_(keepFirst ? 1 : -1),
         copies_(store != version.store()),
         editor_(copies_ ? Version::empty(std::move(store), version.grid()) : version),
         job_(job),
-        threads_(threads > 0 ? threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()))) {}
+        threads_(threads > 0 ? threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()))),
+        gone_(gone) {}
 
   Version run() {
     walk(TreePlace::root(version_), 0, 0.2);
     compute();
     const WorkPart part(job_, 0.8, 1);
+    removeFilms();
     dropWithoutSurface(editor_, cutBricks_);
     std::sort(ends_.begin(), ends_.end());
-    redistanceAll(editor_, ends_, part.part(0, 0.8), kExactTolerance);
+    ends_.erase(std::unique(ends_.begin(), ends_.end()), ends_.end());
+    Sampler field(version_);
+    redistanceAll(editor_, ends_, part.part(0, 0.8), kExactTolerance,
+                  [&](Coord voxel, float) { return stands(field, voxel); });
     std::erase_if(ends_, [&](Coord each) { return !editor_.find(each).brick(); });
     limitSlopes(editor_, ends_, threads_, part.part(0.8, 1));
     keepChannels(editor_, version_);
@@ -101,10 +107,12 @@ class Cutter {
     const Grid& grid = version_.grid();
     std::vector<std::array<float, kBrickVoxels>> fields(std::min(kBatch, cutBricks_.size()));
     std::vector<uint8_t> ends(fields.size());
+    std::vector<BrickMask> facing(fields.size());
     std::atomic<size_t> done{0};
     for (size_t begin = 0; begin < cutBricks_.size(); begin += kBatch) {
       const size_t count = std::min(kBatch, cutBricks_.size() - begin);
       std::fill(ends.begin(), ends.end(), uint8_t{0});
+      std::fill(facing.begin(), facing.end(), BrickMask{});
       parallelBlocks(
           count, threads_,
           [&](size_t from, size_t to) {
@@ -120,8 +128,10 @@ class Cutter {
                 float value = std::max(own, off);
                 if (mayEnd(own, off, grid.band)) {
                   ends[i] = 1;
-                  value = outside(field, brick * kBrickEdge + Coord{v >> 6, (v >> 3) & 7, v & 7}, own, off);
+                  value = outside(field, voxelOf(brick, v), own, off);
                 }
+                if (own + off > -kThinnest && own + off < kHiding && faces(field, voxelOf(brick, v), own, off))
+                  facing[i][static_cast<size_t>(v >> 6)] |= uint64_t{1} << (v & 63);
                 fields[i][static_cast<size_t>(v)] = value;
               }
               if (job_)
@@ -133,16 +143,50 @@ class Cutter {
       for (size_t i = 0; i < count; ++i) {
         editor_.setVoxels(cutBricks_[begin + i], fields[i]);
         if (ends[i] != 0) ends_.push_back(cutBricks_[begin + i]);
+        for (int v = 0; v < kBrickVoxels; ++v)
+          if (holds(facing[i], v))
+            facing_.add(voxelOf(cutBricks_[begin + i], v), fields[i][static_cast<size_t>(v)] < 0);
       }
     }
   }
+  [[nodiscard]] static Coord voxelOf(Coord brick, int v) {
+    return brick * kBrickEdge + Coord{v >> 6, (v >> 3) & 7, v & 7};
+  }
+  [[nodiscard]] static Coord beside(Coord voxel, int axis, int step) {
+    return voxel + Coord{axis == 0 ? step : 0, axis == 1 ? step : 0, axis == 2 ? step : 0};
+  }
   float outside(Sampler& field, Coord voxel, float own, float off) const {
-    const auto next = [&](int axis, int step) {
-      return voxel + Coord{axis == 0 ? step : 0, axis == 1 ? step : 0, axis == 2 ? step : 0};
-    };
     return wedgeDistance(
-        own, off, version_.grid().band, [&](int axis, int step) { return field.voxel(next(axis, step)); },
-        [&](int axis, int step) { return static_cast<float>(distance(next(axis, step).toVec3d())); });
+        own, off, version_.grid().band, [&](int axis, int step) { return field.voxel(beside(voxel, axis, step)); },
+        [&](int axis, int step) { return static_cast<float>(distance(beside(voxel, axis, step).toVec3d())); });
+  }
+  [[nodiscard]] bool faces(Sampler& field, Coord voxel, float own, float off) const {
+    return faceEachOther(
+        own, off, version_.grid().band, [&](int axis, int step) { return field.voxel(beside(voxel, axis, step)); },
+        [&](int axis, int step) { return static_cast<float>(distance(beside(voxel, axis, step).toVec3d())); });
+  }
+  // Whether the distance that a voxel was given is one to the new surface.
+  [[nodiscard]] bool stands(Sampler& field, Coord voxel) const {
+    const float own = field.voxel(voxel), off = static_cast<float>(distance(voxel.toVec3d()));
+    if (facing_.holds(voxel)) return false;
+    if (std::max(own, off) <= 0) return true;
+    return standsOnSurface(
+        voxel.toVec3d(), own, off, version_.grid().band,
+        [&](int axis, int step) { return field.voxel(beside(voxel, axis, step)); },
+        [&](int axis, int step) { return static_cast<float>(distance(beside(voxel, axis, step).toVec3d())); },
+        [&](const Vec3d& p) { return std::max(field.trilinear(p), static_cast<float>(distance(p))); });
+  }
+  // Where the cut runs along the surface.
+  void removeFilms() {
+    if (facing_.empty()) return;
+    ThinParts here;
+    facing_.settle(editor_, here);
+    const std::vector<Coord> around = bricksAround(editor_, facing_.bricks());
+    ThinVoxels rest(Tile::outside);
+    rest.find(editor_, around);
+    if (!rest.empty()) rest.settle(editor_, here);
+    if (gone_ != nullptr) *gone_ += here;
+    ends_.insert(ends_.end(), around.begin(), around.end());
   }
 
   const Version& version_;
@@ -152,6 +196,8 @@ class Cutter {
   Editor editor_;
   Job* job_;
   int threads_;
+  ThinParts* gone_;
+  ThinVoxels facing_{Tile::outside};
   std::vector<Coord> cutBricks_;
   std::vector<Coord> ends_;  // with voxels whose distance was measured to what the other side took away
 };
@@ -169,8 +215,8 @@ PlaneDivider::PlaneDivider(const Vec3d& pointMm, const Vec3d& normal)
 }
 
 Version cut(const Version& version, const Divider& divider, bool keepFirst, std::shared_ptr<Store> store, Job* job,
-            int threads) {
-  return Cutter(version, divider, keepFirst, std::move(store), job, threads).run();
+            int threads, ThinParts* gone) {
+  return Cutter(version, divider, keepFirst, std::move(store), job, threads, gone).run();
 }
 
 }  // namespace argil::clay

@@ -11,6 +11,8 @@
 
 namespace argil::clay {
 
+struct ThinParts;  // clay/field/thin_parts.h
+
 /// Divides space by an exact signed distance, in mm of the piece. Uses add, multiply, divide, square root, min and max
 /// alone. Const members: any number of threads.
 class Divider {
@@ -73,9 +75,9 @@ class CurveDivider : public Divider {
 /// The clay on one side of a divider, closed by sharp edges there, with distances again beside them. In the version's
 /// own store the result shares what the cut does not come near, whole nodes at once; another one (for a second piece,
 /// or beside somebody who edits) gets a copy. Clay far from the cut keeps its bits. Nothing of it may be left. Throws
-/// Cancelled. The result does not depend on `threads` (0: all cores). Cost follows the cut surface, and in another
-/// store the model.
+/// Cancelled. Films thinner than kThinnest, where the cut runs along the surface, go and are added to `gone`. The
+/// result does not depend on `threads` (0: all cores). Cost follows the cut surface, and in another store the model.
 [[nodiscard]] Version cut(const Version& version, const Divider& divider, bool keepFirst, std::shared_ptr<Store> store,
-                          Job* job = nullptr, int threads = 0);
+                          Job* job = nullptr, int threads = 0, ThinParts* gone = nullptr);
 
 }  // namespace argil::clay

@@ -27,6 +27,8 @@ constexpr int kMostRounds = 16;       // of looking and boring
 constexpr int kDirections = 600;      // that a way out is looked for in: 8° from one to the next
 constexpr double kUpwards = 0.1;      // sine of what still counts as level
 constexpr double kStep = 0.25;        // voxels, where the surface is near
+constexpr double kMostFloor = 2;      // voxels from a hollow's lowest voxel to its floor
+constexpr double kBelowFloor = 0.25;  // voxels: so far below the floor a hole's lower side runs
 constexpr double kFarthest = 200000;  // voxels: the diagonal of the largest clay
 constexpr int kAround = 16;           // places on the rim of a hole
 constexpr size_t kMostNarrow = 8;     // hollows at once
@@ -67,15 +69,31 @@ class Borer {
       const double length = toOutside(solid_, lowest, each, best);
       if (length < best) best = length, way = each;
     }
+    // A way that runs along the floor would lie half below it: its lower side goes through the lowest place. A hollow
+    // that is lower than the hole has it in the middle.
+    Vec3d start = lowest;
+    if (const Vec3d aside = up - up.dot(way) * way; aside.norm() > kUpwards) {
+      const Vec3d sideways = aside.normalized();
+      const double floor = room(lowest, -sideways, kMostFloor), ceiling = room(lowest, sideways, 2 * radius_);
+      const double lift = std::min(radius_ - kBelowFloor, (floor + ceiling) / 2) - floor;
+      start += lift * aside.norm() * sideways;
+      best = toOutside(solid_, start, way, kFarthest);
+    }
     // Back into the hollow, so that the end of the hole does not stand in its floor; out until all of its rim is.
     double back = 0;
-    while (back < 2 * radius_ && now_.trilinear(lowest - (back + 1) * way) > 0) back += 1;
+    while (back < 2 * radius_ && now_.trilinear(start - (back + 1) * way) > 0) back += 1;
     double out = best;
-    while (out < best + 4 * radius_ && !rimIsOut(lowest + out * way, way)) out += 1;
-    return {lowest - back * way, lowest + (out + 1) * way};
+    while (out < best + 4 * radius_ && !rimIsOut(start + out * way, way)) out += 1;
+    return {start - back * way, start + (out + 1) * way};
   }
 
  private:
+  // How far air reaches from a place of the hollow, `most` voxels at most.
+  double room(const Vec3d& from, const Vec3d& way, double most) {
+    double done = 0;
+    while (done < most && now_.trilinear(from + (done + kStep) * way) > 0) done += kStep;
+    return done;
+  }
   bool rimIsOut(const Vec3d& centre, const Vec3d& way) {
     const Vec3d u = way.unitOrthogonal(), v = way.cross(u);
     for (int i = 0; i < kAround; ++i) {

@@ -61,4 +61,29 @@ template <class A, class B>
   return std::min(std::sqrt((high * high + low * low - 2 * cosine * high * low) / (1 - cosine * cosine)), band);
 }
 
+/// Whether the surface of the intersection of two solids lies where the distance of a voxel outside of it was measured
+/// to: on one of both surfaces, in the other solid, or on the line where both meet. `at(place)`: the larger of both
+/// distances there; `voxel`: where `pa`, `pb` are those distances.
+template <class A, class B, class At>
+[[nodiscard]] bool standsOnSurface(const Vec3d& voxel, float pa, float pb, float band, const A& a, const B& b,
+                                   const At& at) {
+  constexpr float kOnSurface = 0.35f;  // voxels, as fields are read beside edges
+  constexpr float kDirection = 0.25f;  // squared slope below which there is none
+  Vec3f ga, gb;
+  for (int axis = 0; axis < 3; ++axis) {
+    ga[axis] = slopeWithin(a(axis, -1), a(axis, 1), pa, band);
+    gb[axis] = slopeWithin(b(axis, -1), b(axis, 1), pb, band);
+  }
+  const Vec3f& slope = pa > pb ? ga : gb;
+  if (slope.squaredNorm() < kDirection) return false;
+  const Vec3f foot = slope * (std::max(pa, pb) / std::sqrt(slope.squaredNorm()));
+  if (at(voxel - foot.cast<double>()) <= kOnSurface) return true;
+  if (ga.squaredNorm() < kDirection || gb.squaredNorm() < kDirection) return false;
+  const Vec3f na = ga.normalized(), nb = gb.normalized();
+  const float cosine = na.dot(nb), rest = 1 - cosine * cosine;
+  if (std::abs(cosine) > kParallel) return false;
+  const Vec3f line = na * ((pa - cosine * pb) / rest) + nb * ((pb - cosine * pa) / rest);
+  return line.squaredNorm() < band * band && at(voxel - line.cast<double>()) <= kOnSurface;
+}
+
 }  // namespace argil::clay

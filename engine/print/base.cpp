@@ -27,7 +27,8 @@ constexpr int kThreads = 2;
 
 }  // namespace
 
-clay::Version withBase(const clay::Version& version, const haptics::Pose& pose, const BaseOptions& options, Job* job) {
+clay::Version withBase(const clay::Version& version, const haptics::Pose& pose, const BaseOptions& options, Job* job,
+                       clay::ThinParts* gone) {
   const clay::WorkPart part(job);
   const clay::Grid& grid = version.grid();
   const double voxel = grid.voxelMm;
@@ -95,7 +96,7 @@ clay::Version withBase(const clay::Version& version, const haptics::Pose& pose, 
   there.linear() = pose.rotation.conjugate().toRotationMatrix();
   there.translation() = pose.applyInverse(centre);
   base = clay::resample(base, grid, there, 0, part.part(0.5, 0.8));
-  return clay::combine(version, base, clay::Combination::join, {}, part.part(0.8, 1));
+  return clay::combine(version, base, clay::Combination::join, {.gone = gone}, part.part(0.8, 1));
 }
 
 }  // namespace argil::engine

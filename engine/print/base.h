@@ -5,6 +5,10 @@
 #include "clay/store/version.h"
 #include "haptics/base/pose.h"
 
+namespace argil::clay {
+struct ThinParts;  // clay/field/thin_parts.h
+}
+
 namespace argil::engine {
 
 struct BaseOptions {
@@ -16,8 +20,9 @@ struct BaseOptions {
 };
 
 /// The piece, as it stands in the world, joined to a plate below it. In the piece's store. Throws Error for what is out
-/// of range and a piece without clay, Cancelled. Cost: that of joining, and of the plate.
+/// of range and a piece without clay, Cancelled. What goes because it is too thin is added to `gone`. Cost: that of
+/// joining, and of the plate.
 [[nodiscard]] clay::Version withBase(const clay::Version& version, const haptics::Pose& pose,
-                                     const BaseOptions& options, Job* job);
+                                     const BaseOptions& options, Job* job, clay::ThinParts* gone = nullptr);
 
 }  // namespace argil::engine

@@ -11,6 +11,7 @@
 #include "clay/whole/boolean.h"
 #include "clay/whole/resample.h"
 #include "engine/tools/piece_jobs.h"
+#include "engine/tools/thin_notes.h"
 
 namespace argil::engine {
 namespace {
@@ -65,7 +66,9 @@ PieceResult combinePieces(const Document& document, const PieceArguments& argume
   }
   if (moves || !(other.grid() == grid)) other = clay::resample(other, grid, toFirst, 0, all.part(0.3, 0.6));
   clay::CombineOptions options;
+  clay::ThinParts gone;
   options.blendMm = values.blendMm;
+  options.gone = &gone;
   Piece piece = first;
   if (other.has(clay::Channel::material)) options.materials = joinMaterials(piece.materials, second.materials);
   piece.version = clay::combine(own, other, how, options, all.part(0.6, 1));
@@ -78,6 +81,7 @@ PieceResult combinePieces(const Document& document, const PieceArguments& argume
                 Error::Kind::work);
   }
   PieceResult result;
+  addThinNotes(result.notes, piece, gone);
   result.changed.push_back(std::move(piece));
   if (!values.keepsSecond) result.removed.push_back(second.id);
   if (first.version.grid().voxelMm != second.version.grid().voxelMm) {

@@ -10,6 +10,7 @@
 #include "clay/whole/deform.h"
 #include "clay/whole/lattice.h"
 #include "engine/tools/piece_jobs.h"
+#include "engine/tools/thin_notes.h"
 
 namespace argil::engine {
 namespace {
@@ -50,8 +51,9 @@ constexpr std::array kCurve{
 
 PieceResult cutBy(const Piece& piece, const clay::Divider& divider, int keep, bool oneIsFirst, Job* job) {
   PieceResult result;
+  clay::ThinParts gone;
   const auto part = [&](bool first, const std::shared_ptr<clay::Store>& store) {
-    clay::Version version = clay::cut(piece.version, divider, first, store, job);
+    clay::Version version = clay::cut(piece.version, divider, first, store, job, 0, &gone);
     if (version.stats().bricks == 0)
       throw Error(fmt::format("nothing of {} lies on {} side of the cut: move the cut", piece.name,
                               keep == 0 ? "one" : "that"));
@@ -67,6 +69,7 @@ PieceResult cutBy(const Piece& piece, const clay::Divider& divider, int keep, bo
     other.name = fmt::format("{}, other side", piece.name);
     result.added.push_back(std::move(other));
   }
+  addThinNotes(result.notes, piece, gone);
   result.changed.push_back(std::move(kept));
   return result;
 }

@@ -12,6 +12,7 @@
 #include "engine/print/lay_flat.h"
 #include "engine/print/nest.h"
 #include "engine/tools/piece_jobs.h"
+#include "engine/tools/thin_notes.h"
 
 namespace argil::engine {
 namespace {
@@ -45,6 +46,7 @@ PieceResult layFlat(const Document& document, const PieceArguments& a, Job* job)
 PieceResult base(const Document& document, const PieceArguments& a, Job* job) {
   const Piece& piece = pieceOf(document, a);
   const auto& values = a.get<BaseValues>();
+  clay::ThinParts gone;
   PieceResult result;
   result.changed.push_back(piece);
   result.changed[0].version = withBase(piece.version, piece.pose,
@@ -53,7 +55,8 @@ PieceResult base(const Document& document, const PieceArguments& a, Job* job) {
                                         .marginMm = values.marginMm,
                                         .sunkMm = values.sunkMm,
                                         .dots = values.dots},
-                                       job);
+                                       job, &gone);
+  addThinNotes(result.notes, piece, gone);
   return result;
 }
 

@@ -17,6 +17,7 @@
 #include "engine/document/beside.h"
 #include "engine/document/size_words.h"
 #include "engine/tools/piece_jobs.h"
+#include "engine/tools/thin_notes.h"
 
 namespace argil::engine {
 namespace {
@@ -39,13 +40,21 @@ PieceResult changedTo(const Piece& piece, clay::Version version, std::vector<std
 
 PieceResult offset(const Document& document, const PieceArguments& a, Job* job) {
   const Piece& piece = pieceOf(document, a);
-  return changedTo(piece, clay::offset(piece.version, a.get<OffsetValues>().distanceMm, 0, job));
+  clay::ThinParts gone;
+  const clay::Version version = clay::offset(piece.version, a.get<OffsetValues>().distanceMm, 0, job, &gone);
+  std::vector<std::string> notes;
+  addThinNotes(notes, piece, gone);
+  return changedTo(piece, version, std::move(notes));
 }
 
 PieceResult shell(const Document& document, const PieceArguments& a, Job* job) {
   const Piece& piece = pieceOf(document, a);
   const auto& [innerMm, outerMm, narrowMm] = a.get<ShellValues>();
-  return changedTo(piece, clay::shell(piece.version, innerMm, outerMm, 0, job, narrowMm));
+  clay::ThinParts gone;
+  const clay::Version version = clay::shell(piece.version, innerMm, outerMm, 0, job, narrowMm, &gone);
+  std::vector<std::string> notes;
+  addThinNotes(notes, piece, gone);
+  return changedTo(piece, version, std::move(notes));
 }
 
 PieceResult smooth(const Document& document, const PieceArguments& a, Job* job) {

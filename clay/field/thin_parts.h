@@ -1,0 +1,132 @@
+#pragma once
+// Clay and gaps of air that are too thin for voxels: one rule for all operations on whole pieces.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "clay/field/brick_parts.h"
+#include "clay/store/brick_set.h"
+#include "clay/store/editor.h"
+#include "clay/store/sampler.h"
+
+namespace argil::clay {
+
+/// Voxels: clay that is thinner goes, and gaps of air that are thinner become clay. Faces that coincide leave either,
+/// as the last digit of a distance of zero decides.
+inline constexpr float kThinnest = 0.25f;
+/// Voxels by which two surfaces may overlap and still hide distances to others: what lies between them is no deeper
+/// than half of it by either, and a voxel beside a surface lies up to one below it.
+inline constexpr float kHiding = 2.0f;
+
+/// What an operation took away or filled because it was thinner than kThinnest.
+struct ThinParts {
+  uint64_t clayVoxels = 0;  ///< Voxels of clay that went.
+  double clayVolume = 0;    ///< Volume of that clay, voxels³.
+  uint64_t airVoxels = 0;   ///< Voxels of gaps that became clay.
+  double airVolume = 0;     ///< Volume of those gaps, voxels³.
+  double seamArea = 0;      ///< Area of faces that touched and were joined, voxels².
+
+  ThinParts& operator+=(const ThinParts& other) {
+    clayVoxels += other.clayVoxels;
+    clayVolume += other.clayVolume;
+    airVoxels += other.airVoxels;
+    airVolume += other.airVolume;
+    seamArea += other.seamArea;
+    return *this;
+  }
+};
+
+/// Whether the surfaces of two solids face each other at a voxel and are so near that the distance to their
+/// intersection says nothing there: the intersection is thinner than kThinnest, or the solids are apart by less than
+/// kHiding. `pa`, `pb`: distances to both solids; `a(axis, step)`, `b(axis, step)`: those a step (−1 or 1) along an
+/// axis.
+template <class A, class B>
+[[nodiscard]] bool faceEachOther(float pa, float pb, float band, const A& a, const B& b) {
+  constexpr float kSame = 0.12f;     // voxels that what lies between them differs by, a voxel farther
+  constexpr float kOpposite = 0.9f;  // cosine between surfaces that face each other
+  constexpr float kKnown = 0.84f;    // slope of a distance whose direction is known,
+  constexpr float kAtEdge = 0.5f;    // and beside an edge that both solids have
+  constexpr int kAllAround = 5;      // of the six voxels beside
+  constexpr float kBeside = 0.02f;   // voxels: a distance that does not change
+  const float apart = pa + pb;
+  if (!(apart > -kThinnest && apart < kHiding) || std::abs(pa) >= band || std::abs(pb) >= band) return false;
+  Vec3f slopeA = Vec3f::Zero(), slopeB = Vec3f::Zero(), leastA = Vec3f::Zero(), leastB = Vec3f::Zero();
+  int alike = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    float countA = 0, countB = 0;
+    for (const int step : {-1, 1}) {
+      const float nextA = a(axis, step), nextB = b(axis, step), riseA = nextA - pa, riseB = nextB - pb;
+      if (std::abs(nextA) >= band || std::abs(nextB) >= band) continue;
+      // Where the intersection begins, distances outside of a solid are to its other faces, and rise less.
+      const bool same = std::abs(riseA + riseB) <= kSame, fallsA = riseA < -kBeside && riseB > kBeside,
+                 fallsB = riseB < -kBeside && riseA > kBeside;
+      const auto way = static_cast<float>(step);
+      alike += same ? 1 : 0;
+      if (same || fallsA) slopeA[axis] += way * riseA, ++countA;
+      if (same || fallsB) slopeB[axis] += way * riseB, ++countB;
+      if (fallsA) leastB[axis] = way * riseB;
+      if (fallsB) leastA[axis] = way * riseA;
+    }
+    slopeA[axis] /= std::max(countA, 1.0f);
+    slopeB[axis] /= std::max(countB, 1.0f);
+  }
+  const float known = alike >= kAllAround ? kAtEdge : kKnown;
+  const auto opposite = [](const Vec3f& one, const Vec3f& other, float least, float leastOther) {
+    return one.squaredNorm() > least * least && other.squaredNorm() > leastOther * leastOther &&
+           one.dot(other) < -kOpposite * std::sqrt(one.squaredNorm() * other.squaredNorm());
+  };
+  return opposite(slopeA, slopeB, known, known) || opposite(slopeA, leastB, kKnown, kAtEdge) ||
+         opposite(leastA, slopeB, kAtEdge, kKnown);
+}
+
+/// Voxels that an operation left without a distance that means anything, because what it was measured to is too thin.
+/// One thread.
+class ThinVoxels {
+ public:
+  /// `becomes`: the side that all of them come to lie on, as far as no other surface lies there.
+  explicit ThinVoxels(Tile becomes) : becomes_(becomes) {}
+
+  /// `thin`: the voxel lies on the other side now.
+  void add(Coord voxel, bool thin);
+  /// Adds voxels of `bricks` on the other side where that is thinner than kThinnest, by the editor's field alone.
+  void find(const Editor& editor, std::span<const Coord> bricks);
+
+  [[nodiscard]] bool empty() const { return bricks_.empty(); }
+  /// The bricks that have some, sorted.
+  [[nodiscard]] std::vector<Coord> bricks() const;
+  [[nodiscard]] bool holds(Coord voxel) const;
+  /// Calls `visit(voxel)` for each, in a fixed order.
+  template <class Visit>
+  void forEach(const Visit& visit) const {
+    for (const Coord brick : bricks()) {
+      const BrickMask& all = bricks_.at(brick).all;
+      for (int v = 0; v < kBrickVoxels; ++v)
+        if (clay::holds(all, v)) visit(brick * kBrickEdge + Coord{v >> 6, (v >> 3) & 7, v & 7});
+    }
+  }
+
+  /// Gives each of them the distance that the surfaces beside have there: beside voxels of the other side that go on
+  /// from the field beyond those, elsewhere the band's end, for redistance() to fill. Adds what went to `gone`: voxels,
+  /// and volumes of those that find() added.
+  void settle(Editor& editor, ThinParts& gone) const;
+
+ private:
+  struct Marks {
+    BrickMask thin{}, all{};
+  };
+  [[nodiscard]] float settled(Sampler& field, Coord voxel, float own, bool thin) const;
+
+  Tile becomes_;
+  std::unordered_map<Coord, Marks, CoordHash> bricks_;
+  std::unordered_map<Coord, float, CoordHash> volumes_;  // of voxels that find() added
+};
+
+/// Takes out of `bricks` what is thinner than kThinnest on both sides of the surface, with distances again beside it.
+/// Returns what went; `changed` gets the bricks that may have changed.
+ThinParts removeThin(Editor& editor, std::span<const Coord> bricks, std::vector<Coord>& changed);
+
+}  // namespace argil::clay
