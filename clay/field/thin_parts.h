@@ -40,6 +40,9 @@ struct ThinParts {
   }
 };
 
+/// Voxels between faces that are the same, but for rounding.
+inline constexpr float kCoincident = 0.01f;
+
 /// Whether the surfaces of two solids face each other at a voxel and are so near that the distance to their
 /// intersection says nothing there: the intersection is thinner than kThinnest, or the solids are apart by less than
 /// kHiding. `pa`, `pb`: distances to both solids; `a(axis, step)`, `b(axis, step)`: those a step (−1 or 1) along an
@@ -54,7 +57,7 @@ template <class A, class B>
   constexpr float kBeside = 0.02f;   // voxels: a distance that does not change
   const float apart = pa + pb;
   if (!(apart > -kThinnest && apart < kHiding) || std::abs(pa) >= band || std::abs(pb) >= band) return false;
-  Vec3f slopeA = Vec3f::Zero(), slopeB = Vec3f::Zero(), leastA = Vec3f::Zero(), leastB = Vec3f::Zero();
+  Vec3f slopeA = Vec3f::Zero(), slopeB = Vec3f::Zero();
   int alike = 0;
   for (int axis = 0; axis < 3; ++axis) {
     float countA = 0, countB = 0;
@@ -68,19 +71,13 @@ template <class A, class B>
       alike += same ? 1 : 0;
       if (same || fallsA) slopeA[axis] += way * riseA, ++countA;
       if (same || fallsB) slopeB[axis] += way * riseB, ++countB;
-      if (fallsA) leastB[axis] = way * riseB;
-      if (fallsB) leastA[axis] = way * riseA;
     }
     slopeA[axis] /= std::max(countA, 1.0f);
     slopeB[axis] /= std::max(countB, 1.0f);
   }
   const float known = alike >= kAllAround ? kAtEdge : kKnown;
-  const auto opposite = [](const Vec3f& one, const Vec3f& other, float least, float leastOther) {
-    return one.squaredNorm() > least * least && other.squaredNorm() > leastOther * leastOther &&
-           one.dot(other) < -kOpposite * std::sqrt(one.squaredNorm() * other.squaredNorm());
-  };
-  return opposite(slopeA, slopeB, known, known) || opposite(slopeA, leastB, kKnown, kAtEdge) ||
-         opposite(leastA, slopeB, kAtEdge, kKnown);
+  const float lengthA = slopeA.squaredNorm(), lengthB = slopeB.squaredNorm();
+  return std::min(lengthA, lengthB) > known * known && slopeA.dot(slopeB) < -kOpposite * std::sqrt(lengthA * lengthB);
 }
 
 /// Voxels that an operation left without a distance that means anything, because what it was measured to is too thin.

@@ -70,6 +70,22 @@ class Combiner {
 
   /// Bricks with voxels whose distance was measured to what the other solid took away.
   [[nodiscard]] const std::vector<Coord>& creases() const { return creases_; }
+  /// Where a seam ends, at another surface, distances do not tell that faces coincide; beside those that do they do.
+  void growFacing() {
+    std::vector<Coord> more;
+    const float band = editor_.grid().band;
+    facing_.forEach([&](Coord voxel) {
+      for (const Coord step : kAroundSteps) {
+        const float pa = turned(turnA_, fieldA_.voxel(voxel + step)), pb = turned(turnB_, fieldB_.voxel(voxel + step));
+        if (std::abs(pa + pb) < kCoincident && std::abs(pa) < band && !facing_.holds(voxel + step))
+          more.push_back(voxel + step);
+      }
+    });
+    for (const Coord voxel : more) {
+      const float value = std::max(turned(turnA_, fieldA_.voxel(voxel)), turned(turnB_, fieldB_.voxel(voxel)));
+      facing_.add(voxel, turnA_ ? value <= 0 : value < 0);
+    }
+  }
   /// Whether the distance that combine() gave a voxel is one to the new surface.
   [[nodiscard]] bool stands(Coord voxel) {
     const float band = editor_.grid().band;
@@ -357,6 +373,7 @@ Version combineOnGrid(const Version& a, const Version& b, Combination how, float
     changed = combiner.creases();
     if (!combiner.facing().empty()) {
       ThinParts here;
+      combiner.growFacing();
       combiner.facing().settle(editor, here);
       const Seam seam = seamOf(combiner.facing(), a, b, how, editor);
       (how == Combination::join ? here.airVolume : here.clayVolume) = seam.volume;
