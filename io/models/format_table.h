@@ -103,7 +103,4 @@ bool recognizesIges(const Input&);
 /// STEP and IGES, in mm.
 ModelFile readCad(const std::filesystem::path&, Job*);
 
-/// Adds the polygon as a fan of triangles and counts it. At least three corners.
-void addPolygon(MeshFile& file, std::span<const uint32_t> corners);
-
 }  // namespace argil::io

@@ -27,12 +27,6 @@ MeshFile meshOf(ModelFile&& model) {
 
 }  // namespace
 
-void addPolygon(MeshFile& file, std::span<const uint32_t> corners) {
-  ++file.faces;
-  if (corners.size() > 3) ++file.polygons;
-  for (size_t i = 2; i < corners.size(); ++i) file.mesh.triangles.push_back({corners[0], corners[i - 1], corners[i]});
-}
-
 MeshFile parseMesh(std::span<const std::byte> bytes, const std::string& name, Job* job) {
   return meshOf(parseModel(bytes, name, job));
 }

@@ -27,7 +27,7 @@ struct MeshFile {
   /// "STL (binary)", "STL (text)", "OBJ", "PLY (text)", "PLY (binary)", "OFF", as ModelFile has it.
   std::string format;
   uint64_t faces = 0;     ///< As the file has them, before polygons became triangles.
-  uint64_t polygons = 0;  ///< Faces of more than three corners, split as fans about their first corner.
+  uint64_t polygons = 0;  ///< Faces of more than three corners, divided by ear clipping where no fan covers them.
   bool welded = false;    ///< Vertices of equal coordinates were made one (STL repeats them in every triangle).
   std::vector<std::string> notes;  ///< What was there and is not kept, a sentence each, for the person.
 };

@@ -11,6 +11,7 @@
 #include "io/models/colour_list.h"
 #include "io/models/format_table.h"
 #include "io/models/mtl.h"
+#include "io/models/polygon_list.h"
 
 namespace argil::io {
 
@@ -45,6 +46,7 @@ class ObjReader {
                             " and the file has " + std::to_string(file_.mesh.positions.size()) +
                             "; repair the line or export again");
     }
+    polygons_.divide(file_, input_.job);
     note(lines_, "line and point elements were left out");
     note(freeForm_, "statements of free-form curves and surfaces were left out");
     note(unknown_, "lines of an unknown kind were left out");
@@ -165,7 +167,7 @@ class ObjReader {
     newGroup_ = false;
     const std::optional<Colour> before = materialRuns_.empty() ? std::nullopt : materialRuns_.back().colour;
     if (colour_ != before) materialRuns_.push_back({file_.mesh.triangles.size(), colour_});
-    addPolygon(file_, corners_);
+    polygons_.add(file_, corners_);
   }
 
   /// One object each where "o" names several that have no vertex in common; else all is one, or a surface would be
@@ -313,6 +315,7 @@ class ObjReader {
   MeshFile file_;  ///< All of it, before it is known what is an object of its own.
   ColourList colours_;
   std::vector<uint32_t> corners_;
+  PolygonList polygons_;
   std::vector<std::string> names_{""};  ///< Of the objects; what comes before the first "o" has none.
   std::map<std::string, uint32_t> objects_{{"", 0}};
   uint32_t object_ = 0;

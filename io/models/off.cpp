@@ -5,6 +5,7 @@
 #include "io/bytes/text_cursor.h"
 #include "io/models/colour_list.h"
 #include "io/models/format_table.h"
+#include "io/models/polygon_list.h"
 
 namespace argil::io {
 
@@ -109,6 +110,7 @@ MeshFile parseOff(const Input& input) {
   checkRoom(cursor, faces, 8, "faces");  // "3 0 1 2\n"
   file.mesh.triangles.reserve(faces);
   std::vector<uint32_t> corners;
+  PolygonList polygons;
   for (uint64_t f = 0; f < faces; ++f) {
     const int64_t count = cursor.integer("the count of corners of a face", true);
     if (count < 3) {
@@ -124,7 +126,7 @@ MeshFile parseOff(const Input& input) {
       corners.push_back(uint32_t(vertex));
     }
     const size_t first = file.mesh.triangles.size();
-    addPolygon(file, corners);
+    polygons.add(file, corners);
     // One number would be the place in a table that nobody has.
     std::array<double, 4> colour;
     if (const size_t numbers = numbersOnLine(cursor, colour); numbers >= 3) {
@@ -133,6 +135,7 @@ MeshFile parseOff(const Input& input) {
     cursor.skipLine();
     ticker.at(cursor.offset());
   }
+  polygons.divide(file, input.job);
   file.vertexColours = vertexColours.take(file.mesh.positions.size());
   file.triangleColours = triangleColours.take(file.mesh.triangles.size());
   if (cursor.wordAhead())

@@ -9,6 +9,7 @@
 #include "io/bytes/text_cursor.h"
 #include "io/models/colour_list.h"
 #include "io/models/format_table.h"
+#include "io/models/polygon_list.h"
 
 namespace argil::io {
 
@@ -355,7 +356,8 @@ uint32_t checkedVertex(const Values& values, int64_t vertex, uint64_t vertices, 
 }
 
 template <class Values>
-void readFaces(Values& values, const Element& element, uint64_t vertices, MeshFile& file, Ticker& ticker) {
+void readFaces(Values& values, const Element& element, uint64_t vertices, MeshFile& file, PolygonList& polygons,
+               Ticker& ticker) {
   if (std::none_of(element.properties.begin(), element.properties.end(),
                    [&](const Property& p) { return isCorners(element, p); })) {
     values.fail("the faces have no list \"vertex_indices\" of whole numbers; export it again");
@@ -382,7 +384,7 @@ void readFaces(Values& values, const Element& element, uint64_t vertices, MeshFi
       corners.clear();
       for (int64_t c = 0; c < count; ++c)
         corners.push_back(checkedVertex(values, values.whole(property.type), vertices, "face ", f));
-      addPolygon(file, corners);
+      polygons.add(file, corners);
     }
     colours.put(first, file.mesh.triangles.size() - first);
     ticker.at(values.offset());
@@ -429,6 +431,7 @@ void readStrips(Values& values, const Element& element, uint64_t vertices, MeshF
 template <class Values>
 void readBody(Values values, const Input& input, const Header& header, MeshFile& file) {
   Ticker ticker(input);
+  PolygonList polygons;
   uint64_t vertices = 0;
   for (const Element& element : header.elements) {
     if (element.name != "vertex") continue;
@@ -440,7 +443,7 @@ void readBody(Values values, const Input& input, const Header& header, MeshFile&
     if (element.name == "vertex") {
       readVertices(values, element, file, ticker);
     } else if (element.name == "face") {
-      readFaces(values, element, vertices, file, ticker);
+      readFaces(values, element, vertices, file, polygons, ticker);
     } else if (isStrips(element)) {
       readStrips(values, element, vertices, file, ticker);
     } else {
@@ -454,6 +457,7 @@ void readBody(Values values, const Input& input, const Header& header, MeshFile&
       }
     }
   }
+  polygons.divide(file, input.job);
   // Strips, or other faces, may have come without a colour.
   if (!file.triangleColours.empty()) file.triangleColours.resize(file.mesh.triangles.size());
 }
