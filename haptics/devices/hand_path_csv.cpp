@@ -224,6 +224,8 @@ HandPath read(std::string_view text, const std::string& name, const HandPathLayo
   std::optional<Header> header;
   std::vector<HandPoint> points;
   size_t lineNumber = 0;
+  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
+  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
   const auto where = [&] { return name + ", line " + std::to_string(lineNumber); };
   while (!text.empty()) {
     const size_t end = text.find('\n');

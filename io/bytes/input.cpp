@@ -66,6 +66,11 @@ std::string headOf(const std::filesystem::path& path) {
   return head;
 }
 
+std::string_view withoutMark(std::string_view text) {
+  constexpr std::string_view kMark = "\xef\xbb\xbf";
+  return text.starts_with(kMark) ? text.substr(kMark.size()) : text;
+}
+
 void fail(const std::string& name, const std::string& wrong) {
   throw Error(name + ": " + wrong);
 }

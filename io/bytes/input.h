@@ -44,6 +44,8 @@ struct FileBytes {
 /// A piece of a file (or a file's name) as a message may show it: one line, printable, at most 40 bytes of a token.
 [[nodiscard]] std::string shown(std::string_view token);
 [[nodiscard]] std::string displayName(const std::filesystem::path& path);
+/// A text without the byte order mark of UTF-8 that editors of Windows put before it.
+[[nodiscard]] std::string_view withoutMark(std::string_view text);
 /// Of a file's name, in small letters, with its dot: ".stl"; empty: none.
 [[nodiscard]] std::string endingOf(const std::filesystem::path& path);
 

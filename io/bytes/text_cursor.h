@@ -9,8 +9,8 @@
 
 namespace argil::io {
 
-/// Words are separated by blanks; lines end with LF, CR LF or CR. Never reads past the end. Nothing depends on the
-/// locale.
+/// Words are separated by blanks; lines end with LF, CR LF or CR; a byte order mark before the first is passed over.
+/// Never reads past the end. Nothing depends on the locale.
 class TextCursor {
  public:
   struct Rules {
@@ -19,7 +19,8 @@ class TextCursor {
   };
 
   /// `input` must outlive the cursor.
-  TextCursor(const Input& input, Rules rules) : input_(input), text_(input.text()), rules_(rules) {}
+  TextCursor(const Input& input, Rules rules)
+      : input_(input), text_(input.text()), rules_(rules), at_(text_.size() - withoutMark(text_).size()) {}
 
   /// Skips blanks and comments; true when a word follows on this line.
   bool wordOnLine();
@@ -52,7 +53,7 @@ class TextCursor {
   const Input& input_;
   std::string_view text_;
   Rules rules_;
-  size_t at_ = 0;
+  size_t at_;
   uint64_t line_ = 1;
 };
 

@@ -32,10 +32,12 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <vector>
 
 #include "clay/base/error.h"
+#include "io/bytes/empty_objects.h"
 #include "io/cad_reader/face_form.h"
 #include "io/cad_reader/read_cad.h"
 #include "io/reader/mesh_data.h"
@@ -88,6 +90,8 @@ class Model {
     if (sew) sewLoose();
     for (Part& part : parts_) mesh(part);
     if (sent_ == 0) throw Error("holds no faces that could be made triangles; export it again");
+    // IGES has each of its curves as a part.
+    if (!sew && !empty_.empty()) sender_.note(emptyObjects(empty_));
     if (skipped_ > 0) sender_.note(std::to_string(skipped_) + " faces could not be made triangles and are not kept");
   }
 
@@ -237,7 +241,10 @@ class Model {
         if (coloured) data.triangleColours.push_back(each.colour.value_or(part.colour.value_or(kWhite)));
       }
     }
-    if (data.triangles.empty()) return;
+    if (data.triangles.empty()) {
+      empty_.push_back(part.name);
+      return;
+    }
     simplifyColours(data);
     sendMesh(data, part.name, sender_);
     ++sent_;
@@ -256,18 +263,18 @@ class Model {
   Sender& sender_;
   double diagonal_ = 0;
   std::vector<Part> parts_;
+  std::vector<std::string> empty_;  // names of parts without triangles
   uint64_t sent_ = 0, skipped_ = 0;
 };
 
 template <class Reader>
-void read(const std::filesystem::path& file, const char* format, bool sew, Sender& sender) {
+void read(const char* format, bool sew, Sender& sender, const auto& open) {
   Handle(TDocStd_Document) document;
   XCAFApp_Application::GetApplication()->NewDocument("MDTV-XCAF", document);
   Reader reader;
   reader.SetColorMode(Standard_True);
   reader.SetNameMode(Standard_True);
-  if (reader.ReadFile(file.c_str()) != IFSelect_RetDone)
-    throw Error(std::string("cannot be read as ") + format + "; export it again");
+  if (open(reader) != IFSelect_RetDone) throw Error(std::string("cannot be read as ") + format + "; export it again");
   if (!reader.Transfer(document)) throw Error("holds nothing that could be read; check what was exported");
   sender.text(wire::Kind::format, format);
   Model(document, sender).send(sew);
@@ -279,12 +286,24 @@ void readCad(const std::filesystem::path& file, Sender& sender) {
   // What it has to say would go to standard output, which is the wire.
   Message::DefaultMessenger()->ChangePrinters().Clear();
   const std::vector<unsigned char> content = contentOf(file);
-  const std::string_view text(reinterpret_cast<const char*>(content.data()), content.size());
+  // The library takes a byte order mark for a word. Of IGES it reads files alone, whose columns the mark moves.
+  constexpr std::string_view kMark = "\xef\xbb\xbf", kStep = "ISO-10303-21;";
+  std::string_view text(reinterpret_cast<const char*>(content.data()), content.size());
+  const bool marked = text.starts_with(kMark);
+  if (marked) text.remove_prefix(kMark.size());
+  const auto open = [&](auto& reader) { return reader.ReadFile(file.c_str()); };
   try {
-    if (text.substr(0, 13) == "ISO-10303-21;")
-      read<STEPCAFControl_Reader>(file, "STEP", false, sender);
-    else
-      read<IGESCAFControl_Reader>(file, "IGES", true, sender);
+    if (text.starts_with(kStep) && marked) {
+      std::istringstream stream{std::string(text)};
+      read<STEPCAFControl_Reader>("STEP", false, sender,
+                                  [&](auto& reader) { return reader.ReadStream(file.c_str(), stream); });
+    } else if (text.starts_with(kStep)) {
+      read<STEPCAFControl_Reader>("STEP", false, sender, open);
+    } else if (marked) {
+      throw Error("begins with a byte order mark, which moves the columns of IGES; save it as plain ASCII");
+    } else {
+      read<IGESCAFControl_Reader>("IGES", true, sender, open);
+    }
   } catch (const Standard_Failure& failure) {
     throw Error(std::string("is damaged (") + failure.GetMessageString() + "); export it again");
   }

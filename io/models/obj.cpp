@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 
+#include "io/bytes/empty_objects.h"
 #include "io/bytes/text_cursor.h"
 #include "io/models/colour_list.h"
 #include "io/models/format_table.h"
@@ -200,6 +201,12 @@ class ObjReader {
       object.colour = list[0];
       object.triangleColours.clear();
     }
+    std::vector<bool> filled(names_.size());
+    for (const Run& run : runs_) filled[run.object] = true;
+    std::vector<std::string> empty;
+    for (size_t i = 1; i < names_.size(); ++i)
+      if (!filled[i]) empty.push_back(names_[i]);
+    if (!empty.empty()) file_.notes.push_back(emptyObjects(empty));
     model.notes = std::move(file_.notes);
     return model;
   }

@@ -525,7 +525,7 @@ class PlyEncoder : public MeshEncoder {
 }  // namespace
 
 bool recognizesPly(const Input& input) {
-  const std::string_view text = input.text();
+  const std::string_view text = withoutMark(input.text());
   return text.starts_with("ply\n") || text.starts_with("ply\r");
 }
 

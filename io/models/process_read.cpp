@@ -181,7 +181,7 @@ bool recognizesGlb(const Input& input) {
 }
 
 bool recognizesGltf(const Input& input) {
-  const std::string_view text = input.text();
+  const std::string_view text = withoutMark(input.text());
   const size_t first = text.find_first_not_of(" \t\r\n");
   return first != std::string_view::npos && text[first] == '{';
 }
@@ -191,13 +191,13 @@ bool recognizesDraco(const Input& input) {
 }
 
 bool recognizesStep(const Input& input) {
-  return input.text().starts_with("ISO-10303-21;");
+  return withoutMark(input.text()).starts_with("ISO-10303-21;");
 }
 
 bool recognizesIges(const Input& input) {
   // Cards of 80 columns, the last eight the section and its number: the first begins the section of the start.
   constexpr size_t kSection = 72, kNumber = 73, kCard = 80;
-  const std::string_view text = input.text();
+  const std::string_view text = withoutMark(input.text());
   if (text.size() < kCard || text[kSection] != 'S') return false;
   const std::string_view number = text.substr(kNumber, kCard - kNumber);
   return number.ends_with('1') && number.find_first_not_of(" 0") == number.size() - 1;

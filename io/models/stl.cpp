@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "clay/mesh/weld.h"
+#include "io/bytes/empty_objects.h"
 #include "io/bytes/text_cursor.h"
 #include "io/models/format_table.h"
 
@@ -187,9 +188,14 @@ ModelFile parseText(const Input& input) {
   file.welded = true;
   ModelObject solid;
   clay::VertexWelder welder;
+  std::vector<std::string> empty;
+  bool named = false;  // a solid that was begun by its word
   const auto finishSolid = [&] {
     solid.mesh.positions = welder.take();
-    if (!solid.mesh.triangles.empty()) file.objects.push_back(std::move(solid));
+    if (!solid.mesh.triangles.empty())
+      file.objects.push_back(std::move(solid));
+    else if (named)
+      empty.push_back(std::move(solid.name));
     solid = {};
   };
   Ticker ticker(input);
@@ -215,7 +221,7 @@ ModelFile parseText(const Input& input) {
       ticker.at(cursor.offset());
     } else if (is(word, "solid")) {
       finishSolid();
-      open = true;
+      open = named = true;
       solid.name = cleanName(cursor.restOfLine());
       cursor.skipLine();
     } else if (is(word, "endsolid")) {
@@ -228,6 +234,7 @@ ModelFile parseText(const Input& input) {
   if (open) cursor.fail("the file ends without \"endsolid\"; it was cut off, export it again");
   finishSolid();
   putTogether(file);
+  if (!empty.empty()) file.notes.push_back(emptyObjects(empty));
   return file;
 }
 

@@ -5,6 +5,7 @@
 #include <map>
 #include <utility>
 
+#include "io/bytes/empty_objects.h"
 #include "io/bytes/xml_scan.h"
 #include "io/bytes/zip_reader.h"
 #include "io/models/slicer_settings.h"
@@ -59,6 +60,7 @@ class PackageReader {
     model.metadata = std::move(root.metadata);
     model.notes = losses_.sentences();
     if (!slicer_.trouble.empty()) model.notes.push_back(slicer_.trouble);
+    if (!empty_.empty()) model.notes.push_back(emptyObjects(empty_));
     put(model);
     if (model.objects.empty() && !placed_.empty())
       fail(input_.name, "holds no solid volume: its volumes are cut away, or change settings");
@@ -154,6 +156,8 @@ class PackageReader {
       placed_.push_back(
           {&object, transform, own, known.kind, items_, volumes == slicer_.volumes.end() ? nullptr : &volumes->second});
       ++uses_of_[&object];
+    } else if (object.components.empty()) {
+      empty_.push_back(own);
     }
     trail_.push_back(&object);
     for (const Use& component : object.components) {
@@ -255,6 +259,7 @@ class PackageReader {
   std::map<const Object*, uint64_t> uses_of_;
   uint64_t uses_ = 0, made_ = 0, held_ = 0;
   uint64_t modifiers_ = 0, supports_ = 0;  // volumes that were left out
+  std::vector<std::string> empty_;         // names of objects that are built and have no triangles
   uint32_t items_ = 0;
   std::vector<uint32_t> vertexPlace_;  // in the volume that is being taken out; none: UINT32_MAX
 };

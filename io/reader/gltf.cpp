@@ -8,6 +8,7 @@
 
 #include "clay/base/error.h"
 #include "clay/base/vec.h"
+#include "io/bytes/empty_objects.h"
 #include "io/reader/gltf_file.h"
 #include "io/reader/mesh_data.h"
 #include "io/reader/reader.h"
@@ -110,7 +111,7 @@ class Scene {
   GltfFile file_;
   Sender& sender_;
   std::vector<std::optional<Mesh>> meshes_;
-  std::vector<std::string> noted_;
+  std::vector<std::string> noted_, empty_;  // sentences; names of objects without triangles
   bool draco_ = false;
   uint64_t triangles_ = 0, objects_ = 0;
 };
@@ -228,16 +229,20 @@ void Scene::send() {
         sender_.text(wire::Kind::metadata, key + std::string(1, '\0') + value.get<std::string>());
     }
   }
+  if (!empty_.empty()) sender_.note(emptyObjects(empty_));
   for (const std::string& sentence : noted_) sender_.note(sentence);
 }
 
 void Scene::sendNode(const Json& node, const Eigen::Affine3d& place) {
   const uint64_t index = GltfFile::index(node, "mesh");
   const Mesh& local = mesh(index);
-  if (local.empty()) return;
   if (node.contains("skin")) noteOnce("skins are not kept: what they bend is as it was modelled");
   const std::string own = GltfFile::text(node, "name");
   const std::string name = own.empty() ? GltfFile::text(file_.item("meshes", index), "name") : own;
+  if (local.empty()) {
+    empty_.push_back(name);
+    return;
+  }
   for (const Eigen::Affine3d& instance : instances(node, name)) sendPlaced(local, place * instance, name);
 }
 

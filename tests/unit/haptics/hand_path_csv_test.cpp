@@ -42,6 +42,15 @@ TEST(HandPathCsv, ReadsOtherLayoutsByNameAndUnits) {
   EXPECT_EQ(named.points()[0].position, Vec3d(1, 2, 3)) << "a named column wins over the usual name";
 }
 
+TEST(HandPathCsv, AByteOrderMarkIsPassedOver) {
+  const std::string mark = "\xef\xbb\xbf", house = "t_s,x_mm,y_mm,z_mm\r\n0,1,2,3\r\n0.1,4,5,6\r\n";
+  const HandPath plain = HandPath::fromCsv(house, "p.csv"), marked = HandPath::fromCsv(mark + house, "p.csv");
+  ASSERT_EQ(marked.points().size(), 2u);
+  EXPECT_EQ(marked.points()[1].position, plain.points()[1].position);
+  EXPECT_EQ(HandPath::fromCsv(mark + kOther, "p.csv", {"m", "", "demo=1"}).points().size(), 2u)
+      << "the first column is the one that rows are chosen by";
+}
+
 TEST(HandPathCsv, SaysWhatIsMissing) {
   EXPECT_NE(sentenceOf(kOther, {"", "", "demo=1"}).find("units"), std::string::npos);
   EXPECT_NE(sentenceOf(kOther, {"parsec", "", "demo=1"}).find("parsec"), std::string::npos);

@@ -56,7 +56,7 @@ TEST(Stl, TextHasAnObjectForEachSolid) {
   EXPECT_EQ(apart.objects[0].name, "left arm");
   EXPECT_EQ(apart.objects[1].name, "right? arm");
   EXPECT_EQ(apart.objects[1].mesh.positions.size(), 3u);
-  EXPECT_TRUE(apart.notes.empty());
+  EXPECT_EQ(apart.notes, (std::vector<std::string>{"the object none has no triangles and was left out"}));
   const std::string patches = "solid a\n" + std::string(kFacet) + "endsolid\nsolid b\n" + kFacet + "endsolid\n";
   const ModelFile together = parseModel(samples::bytesOf(patches), "a.stl");
   ASSERT_EQ(together.objects.size(), 1u);

@@ -109,6 +109,18 @@ TEST_F(CadFiles, PlanesAndCylindersAreRead) {
   EXPECT_NEAR(topology.volume / (6000 - std::numbers::pi * 360), 1, 2e-4);
 }
 
+TEST_F(CadFiles, AByteOrderMarkIsPassedOverOrTold) {
+  const std::string mark = "\xef\xbb\xbf", block = samples::stepOfBoredBlock({20, 30, 10}, 6);
+  const ModelFile plain = readModel(written("block.step", block)),
+                  marked = readModel(written("mark.step", mark + block));
+  ASSERT_EQ(marked.objects.size(), 1u);
+  EXPECT_EQ(marked.objects[0].name, "Bored block");
+  EXPECT_EQ(marked.objects[0].mesh.positions, plain.objects[0].mesh.positions);
+  EXPECT_EQ(marked.objects[0].mesh.triangles, plain.objects[0].mesh.triangles);
+  const std::filesystem::path iges = written("mark.igs", mark + igesOf(boxFaces({10, 20, 30})));
+  EXPECT_THAT(samples::errorOf([&] { (void)readModel(iges); }), HasSubstr("save it as plain ASCII"));
+}
+
 TEST_F(CadFiles, ColoursOfBodiesAndFacesAreKept) {
   const Colour red{255, 0, 0, 255}, green{0, 255, 0, 255}, blue{0, 0, 255, 255};
   // Two blocks of one part that touch, red and green, with one blue side each and a blue bore in the second.
