@@ -41,7 +41,7 @@ std::vector<std::string> writeCad(const std::filesystem::path& file, const Docum
     io::CadBody body{piece.name, &made.surface};
     body.pose.linear() = piece.pose.rotation.toRotationMatrix();
     body.pose.translation() = piece.pose.translation + (what.putBack ? piece.fileOffsetMm : Vec3d::Zero());
-    body.colour = piece.colour;
+    body.colour = chosenColour(piece);
     bodies.push_back(body);
     const clay::OneWay &there = made.deviation.fromPatches, &back = made.deviation.fromClay;
     sentences.push_back(fmt::format(

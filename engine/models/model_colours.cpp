@@ -9,6 +9,9 @@ namespace argil::engine {
 
 namespace {
 
+/// White, as formats have what has no colour beside what has one.
+constexpr std::array<uint8_t, 3> kNoColour{255, 255, 255};
+
 clay::MeshColour opaque(const io::Colour& colour) {
   return {colour.red, colour.green, colour.blue};
 }
@@ -38,7 +41,8 @@ clay::Version withColours(clay::Version version, const clay::TriangleMesh& mesh,
 std::vector<io::Colour> vertexColoursOf(const clay::Surface& surface, const Piece& piece) {
   const std::vector<clay::VertexPaint> paint = clay::meshPaint(surface);
   const std::vector<std::optional<std::array<uint8_t, 3>>> materials = materialColours(piece);
-  const std::array<uint8_t, 3> own = bytesOf(piece.colour);
+  const auto chosen = chosenColour(piece);
+  const std::array<uint8_t, 3> own = chosen ? bytesOf(*chosen) : kNoColour;
   const auto materialOf = [&](const clay::VertexPaint& each) {
     return each.material > 0 && each.material <= materials.size() ? materials[each.material - 1u] : std::nullopt;
   };
@@ -64,6 +68,11 @@ std::array<float, 3> colourOf(const io::Colour& c) {
 io::Colour colourOf(const std::array<float, 3>& c) {
   const auto [red, green, blue] = bytesOf(c);
   return {red, green, blue, 255};
+}
+
+std::optional<io::Colour> fileColourOf(const Piece& piece) {
+  const auto chosen = chosenColour(piece);
+  return chosen ? std::optional(colourOf(*chosen)) : std::nullopt;
 }
 
 }  // namespace argil::engine

@@ -2,6 +2,7 @@
 // What colours a model has, on the clay that was made of it.
 
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -25,12 +26,14 @@ struct FileColours {
 [[nodiscard]] clay::Version withColours(clay::Version version, const clay::TriangleMesh& mesh,
                                         const FileColours& colours, const clay::WorkPart& part);
 
-/// Of each vertex of a piece's surface, as the studio shows it; empty where nothing is painted and no material has a
-/// colour.
+/// Colour of each vertex of a piece's surface; white where nobody chose one. Empty where nothing is painted and no
+/// material has a colour.
 [[nodiscard]] std::vector<io::Colour> vertexColoursOf(const clay::Surface& surface, const Piece& piece);
 
 /// As pieces and parts have it; alpha is left out.
 [[nodiscard]] std::array<float, 3> colourOf(const io::Colour& colour);
 [[nodiscard]] io::Colour colourOf(const std::array<float, 3>& colour);
+/// The colour that files get for a whole piece; none where nobody chose one.
+[[nodiscard]] std::optional<io::Colour> fileColourOf(const Piece& piece);
 
 }  // namespace argil::engine

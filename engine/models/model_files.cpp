@@ -4,10 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "clay/base/error.h"
 #include "clay/import/mesh_to_clay.h"
+#include "clay/mesh/corners_apart.h"
+#include "clay/mesh/mesh_topology.h"
 #include "clay/mesh/nearest_triangle.h"
 #include "clay/store/store.h"
 #include "clay/surface/surface.h"
@@ -223,6 +226,7 @@ struct Outgoing {
   clay::Surface surface;
   io::ModelObject object;  // without its mesh
   Vec3d back = Vec3d::Zero();
+  std::map<uint32_t, Vec3d> moved;  // vertices that would lie where another corner of their triangle lies
 
   [[nodiscard]] Vec3d place(const Vec3d& p) const { return piece->pose.apply(p) + back; }
 };
@@ -236,9 +240,17 @@ std::vector<Outgoing> outgoing(const Document& document, const ModelExport& what
     one.surface.update(each.version, 2);
     if (one.surface.quadCount() == 0) continue;
     one.object.name = each.name;
-    one.object.colour = colourOf(each.colour);
+    one.object.colour = fileColourOf(each);
     one.object.vertexColours = vertexColoursOf(one.surface, each);
     if (what.putBack) one.back = each.fileOffsetMm;
+    one.moved = clay::cornersApart([&one](const clay::MeshPiece& visit) {
+      std::vector<Vec3d> placed;
+      one.surface.forEachSlab(clay::SlabOf::both, [&](const clay::SurfaceSlab& slab) {
+        placed.clear();
+        for (const Vec3d& p : slab.positions) placed.push_back(one.place(p));
+        visit(slab.firstVertex, placed, slab.triangles);
+      });
+    });
     all.push_back(std::move(one));
   }
   if (all.empty()) throw Error("there is no clay to export: show a piece, or export the hidden ones too");
@@ -250,6 +262,7 @@ std::vector<io::ModelObject> withMeshes(std::vector<Outgoing> all) {
   for (Outgoing& one : all) {
     one.object.mesh = one.surface.toMesh();
     for (Vec3d& position : one.object.mesh.positions) position = one.place(position);
+    for (const auto& [vertex, place] : one.moved) one.object.mesh.positions[vertex] = place;
     objects.push_back(std::move(one.object));
     one.surface = clay::Surface(false);
   }
@@ -265,7 +278,9 @@ io::WriteReport streamed(const std::filesystem::path& file, const std::vector<Ou
     counts.vertices += one.surface.vertexCount();
     counts.triangles += 2 * one.surface.quadCount();
   }
-  counts.colours = true;  // each piece has one
+  counts.colours = std::any_of(all.begin(), all.end(), [](const Outgoing& one) {
+    return one.object.colour || !one.object.vertexColours.empty();
+  });
   io::MeshWriter writer(file, counts, options, job);
   std::vector<Vec3d> placed;
   std::vector<io::Colour> colours;
@@ -273,9 +288,14 @@ io::WriteReport streamed(const std::filesystem::path& file, const std::vector<Ou
     one.surface.forEachSlab(clay::SlabOf::vertices, [&](const clay::SurfaceSlab& slab) {
       placed.clear();
       for (const Vec3d& p : slab.positions) placed.push_back(one.place(p));
+      for (auto at = one.moved.lower_bound(slab.firstVertex);
+           at != one.moved.end() && at->first - slab.firstVertex < placed.size(); ++at)
+        placed[at->first - slab.firstVertex] = at->second;
       const std::vector<io::Colour>& painted = one.object.vertexColours;
-      if (painted.empty())
-        colours.assign(placed.size(), one.object.colour.value());
+      if (!counts.colours)
+        colours.clear();
+      else if (painted.empty())
+        colours.assign(placed.size(), one.object.colour.value_or(io::Colour()));
       else
         colours.assign(painted.begin() + slab.firstVertex,
                        painted.begin() + slab.firstVertex + ptrdiff_t(placed.size()));
@@ -316,11 +336,34 @@ std::string reduceModel(std::vector<io::ModelObject>& objects, const ModelExport
     if (!object.vertexColours.empty())
       object.vertexColours = coloursOn(reduced.mesh, object.mesh, object.vertexColours);
     object.mesh = std::move(reduced.mesh);
+    clay::moveCornersApart(object.mesh);
     most = std::max(most, reduced.deviation.most());
     after += object.mesh.triangles.size();
   }
   return fmt::format("Reduced from {} to {} triangles; the surface moved by at most {:.2g} mm, measured both ways.",
                      before, after, most);
+}
+
+std::string partCorners(std::vector<io::ModelObject>& objects) {
+  uint64_t left = 0;
+  for (io::ModelObject& object : objects) {
+    if (clay::checkTopology(object.mesh).boundaryEdges == 0) clay::moveCornersApart(object.mesh);
+    const std::vector<bool> out = clay::haveOnePlaceTwice(object.mesh);
+    const auto keepOthers = [&out](auto& list) {
+      size_t kept = 0;
+      for (size_t i = 0; i < list.size(); ++i)
+        if (!out[i]) list[kept++] = list[i];
+      list.resize(kept);
+    };
+    left += uint64_t(std::count(out.begin(), out.end(), true));
+    if (!object.triangleColours.empty()) keepOthers(object.triangleColours);
+    keepOthers(object.mesh.triangles);
+  }
+  std::erase_if(objects, [](const io::ModelObject& object) { return object.mesh.triangles.empty(); });
+  if (objects.empty()) throw Error("no triangle has three corners in different places: there is no surface to write");
+  if (left == 0) return {};
+  return fmt::format("{} with two corners in one place {} left out.",
+                     left == 1 ? "1 triangle" : fmt::format("{} triangles", left), left == 1 ? "was" : "were");
 }
 
 clay::TriangleMesh meshOf(const Document& document, Id piece, bool visibleOnly, Job* job) {
@@ -361,7 +404,7 @@ std::vector<std::string> writeModelFiles(const std::vector<std::filesystem::path
         if (what.piece != 0 ? each.id != what.piece : what.visibleOnly && !each.visible) continue;
         views.push_back({each.name, each.version,
                          each.pose.translation + (what.putBack ? each.fileOffsetMm : Vec3d::Zero()), each.pose.rotation,
-                         colourOf(each.colour), materialColours(each)});
+                         fileColourOf(each), materialColours(each)});
       }
       if (views.empty()) throw Error("there is no clay to export: show a piece, or export the hidden ones too");
       report = io::writeVdb(file, views, job);

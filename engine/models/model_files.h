@@ -74,6 +74,11 @@ struct ModelExport {
 /// Reduces each object by its share; says in a sentence what was done and how far the shape moved, measured.
 std::string reduceModel(std::vector<io::ModelObject>& objects, const ModelExport& how, Job* job = nullptr);
 
+/// Leaves no triangle with two corners in one place: moves them apart where the triangles close a body, leaves such
+/// triangles out elsewhere, and objects that have no others. Says how many were left out; empty for none. Throws Error
+/// when nothing is left.
+std::string partCorners(std::vector<io::ModelObject>& objects);
+
 /// The same surfaces as one mesh.
 [[nodiscard]] clay::TriangleMesh meshOf(const Document& document, Id piece, bool visibleOnly, Job* job = nullptr);
 

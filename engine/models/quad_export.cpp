@@ -52,7 +52,7 @@ io::TexturedObject objectOf(const Document& document, const Piece& piece, const 
   const clay::CageMaker& maker = *quads.maker;
   io::TexturedObject out;
   out.name = piece.name;
-  out.colour = colourOf(piece.colour);
+  out.colour = fileColourOf(piece);
   out.mesh = std::move(quads.mesh);
   out.map = clay::unwrapped(out.mesh, {}, part.part(0.55, 0.8));
   out.frames = clay::framesOf(out.mesh, out.map);

@@ -84,9 +84,10 @@ std::vector<std::string> writeObj(const fs::path& file, std::span<const Textured
     const std::string own = ownName(file, i);
     materials += fmt::format("newmtl {}\n", own);
     const auto part = [](uint8_t c) { return c / 255.0; };
-    materials += object.colours.empty() ? fmt::format("Kd {:.6f} {:.6f} {:.6f}\n", part(object.colour.red),
-                                                      part(object.colour.green), part(object.colour.blue))
-                                        : "Kd 1 1 1\n";
+    if (!object.colours.empty())
+      materials += "Kd 1 1 1\n";
+    else if (const std::optional<Colour>& colour = object.colour)
+      materials += fmt::format("Kd {:.6f} {:.6f} {:.6f}\n", part(colour->red), part(colour->green), part(colour->blue));
     const auto picture = [&](const std::vector<std::byte>& png, const char* what, const std::string& words) {
       if (png.empty()) return;
       const std::string name = fmt::format("{}_{}.png", own, what);
@@ -233,11 +234,11 @@ class Glb {
     primitive["indices"] = accessor(triangles, kUnsignedInt, "SCALAR", 3 * triangles.size(), kIndices);
 
     Json base = {{"metallicFactor", 0}, {"roughnessFactor", 1}};
-    const Colour& c = object.colour;
     if (!object.colours.empty())
       base["baseColorTexture"] = {{"index", texture(object.colours)}};
-    else
-      base["baseColorFactor"] = {linearOf(c.red) / 65535.0, linearOf(c.green) / 65535.0, linearOf(c.blue) / 65535.0, 1};
+    else if (const std::optional<Colour>& c = object.colour)
+      base["baseColorFactor"] = {linearOf(c->red) / 65535.0, linearOf(c->green) / 65535.0, linearOf(c->blue) / 65535.0,
+                                 1};
     Json material = {{"pbrMetallicRoughness", std::move(base)}};
     if (!object.normals.empty()) material["normalTexture"] = {{"index", texture(object.normals)}};
     primitive["material"] = json_["materials"].size();

@@ -18,7 +18,7 @@ namespace argil::io {
 
 struct TexturedObject {
   std::string name;
-  Colour colour;                                     ///< Of the whole, where there is no picture of it.
+  std::optional<Colour> colour;                      ///< Of the whole, where there is no picture of it; or none.
   clay::QuadMesh mesh;                               ///< mm.
   clay::UvMap map;                                   ///< Of the mesh.
   clay::UvFrames frames;                             ///< Of the map, turned as the mesh is.

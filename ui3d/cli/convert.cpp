@@ -128,6 +128,7 @@ void convertMesh(const ConvertOptions& options) {
     const ProgressLine line("reducing", options.job);
     fmt::print("{}\n", engine::reduceModel(model.objects, how, options.job));
   }
+  if (const std::string left = engine::partCorners(model.objects); !left.empty()) fmt::print("{}\n", left);
   if (model.objects.size() == 1 && model.objects[0].name.empty()) model.objects[0].name = options.input.stem().string();
   for (const std::string& sentence : io::lossesOf(options.output, {model.objects, {}})) fmt::print("{}\n", sentence);
   const ProgressLine line("writing " + options.output.filename().string(), options.job);

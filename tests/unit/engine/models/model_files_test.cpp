@@ -291,6 +291,129 @@ TEST_F(ModelFiles, ColoursOfMaterialsGoOut) {
   }
 }
 
+// Nobody chose a colour: no format invents one, and what comes back has none.
+TEST_F(ModelFiles, ClayWithoutAColourIsWrittenWithoutOne) {
+  Piece piece;
+  piece.version = clay::makeSphere(clay::Store::make(), {}, Vec3d::Zero(), 5);
+  Document document;
+  document.add(piece);
+  std::vector<fs::path> files;
+  for (const char* name : {"a.obj", "a.ply", "a.3mf", "a.glb", "a.gltf", "a.drc", "a.vdb", "a.step", "quads.obj"})
+    files.push_back(folder / name);
+  const fs::path quads = files.back();
+  files.pop_back();
+  static_cast<void>(writeModelFiles(files, document, {}));
+  ModelExport few;
+  few.quads = 200;
+  static_cast<void>(writeModelFiles({quads}, document, few));
+  files.push_back(quads);
+  for (const fs::path& file : files) {
+    SCOPED_TRACE(file.filename());
+    const ImportedModel back = importModel(file, {});
+    EXPECT_EQ(chosenColour(back.pieces.at(0)), std::nullopt);
+    EXPECT_FALSE(back.pieces[0].version.has(clay::Channel::cover));
+    if (file.extension() == ".vdb") continue;
+    const io::ModelObject object = io::readModel(file).objects.at(0);
+    EXPECT_EQ(object.colour, std::nullopt);
+    EXPECT_TRUE(object.vertexColours.empty());
+    EXPECT_TRUE(object.triangleColours.empty());
+  }
+  // A colour that was chosen stays, also where another piece has none.
+  document.pieces[0].colour = {1, 0, 0};
+  document.pieces[0].pose.translation = {20, 0, 0};
+  document.add(piece);
+  for (const char* name : {"b.obj", "b.ply", "b.3mf", "b.glb", "b.vdb"}) {
+    SCOPED_TRACE(name);
+    static_cast<void>(writeModelFiles({folder / name}, document, {}));
+    const ImportedModel back = importModel(folder / name, {});
+    if (back.pieces.size() == 2) EXPECT_EQ(chosenColour(back.pieces[0]), (std::array<float, 3>{1, 0, 0}));
+    if (fs::path(name).extension() == ".3mf" || fs::path(name).extension() == ".vdb")
+      EXPECT_EQ(chosenColour(back.pieces.at(1)), std::nullopt);
+  }
+}
+
+TEST_F(ModelFiles, PaintOnClayWithoutAColourLeavesTheRestWhite) {
+  const clay::Version ball = clay::makeSphere(clay::Store::make(), {}, Vec3d::Zero(), 10);
+  clay::Editor editor(ball);
+  ball.forEachBrick([&](const clay::Brick& brick) {
+    std::array<uint8_t, clay::kBrickVoxels> rows{};
+    for (int i = 0; i < clay::kBrickVoxels; ++i)
+      if (std::abs(brick.phi(i)) < 3) rows[size_t(i)] = brick.coord.x >= 0 ? 1 : 0;
+    editor.setChannel(clay::Channel::material, brick.coord, rows);
+  });
+  Piece piece;
+  piece.version = editor.commit();
+  piece.materials = {{"wax", {}, std::array{0.0f, 0.0f, 1.0f}}};
+  Document document;
+  document.add(piece);
+  static_cast<void>(writeModelFiles({folder / "ball.ply"}, document, {}));
+  const io::ModelFile back = io::readModel(folder / "ball.ply");
+  const io::ModelObject& object = back.objects.at(0);
+  ASSERT_EQ(object.vertexColours.size(), object.mesh.positions.size());
+  for (size_t i = 0; i < object.vertexColours.size(); ++i) {
+    const double x = object.mesh.positions[i].x();
+    if (std::abs(x) < 1) continue;
+    EXPECT_EQ(object.vertexColours[i], x > 0 ? (io::Colour{0, 0, 255, 255}) : io::Colour()) << i;
+  }
+}
+
+// Pieces whose surface has vertices in one place, as a cut through voxels leaves them.
+TEST_F(ModelFiles, NoTriangleHasTwoCornersInOnePlace) {
+  const auto twice = [](const io::ModelObject& object, double scale) {
+    size_t count = 0;
+    for (const auto& t : object.mesh.triangles)
+      for (size_t k = 0; k < 3; ++k)
+        count += (object.mesh.positions[t[k]] * scale).cast<float>() ==
+                 (object.mesh.positions[t[(k + 1) % 3]] * scale).cast<float>();
+    return count;
+  };
+  clay::Grid grid;
+  grid.voxelMm = 0.5;
+  Document document;
+  for (int i = 0; i < 3; ++i) {
+    // Boxes on and off the voxels, far from zero, where 32-bit numbers are coarse.
+    Piece piece;
+    piece.version = clay::makeBlock(clay::Store::make(), grid, Vec3d::Constant(0.25 * i), Vec3d(10, 8, 6), 0);
+    piece.pose.translation = Vec3d(30'000.0 * i, 0.1, 0.1);
+    document.add(piece);
+  }
+  // Far from zero some vertices of fine clay fall together.
+  Piece far;
+  grid.voxelMm = 0.05;
+  far.version = clay::makeSphere(clay::Store::make(), grid, Vec3d::Zero(), 1);
+  far.pose.translation = {40'000, 40'000, 40'000};
+  document.add(far);
+  clay::Surface surface(false, clay::Grade::fine);
+  surface.update(far.version);
+  clay::TriangleMesh rounded = surface.toMesh();
+  for (Vec3d& p : rounded.positions) p += far.pose.translation;
+  ASSERT_GT(twice(io::ModelObject{.mesh = rounded}, 1), 0u) << "there is something to be moved";
+  ModelExport what;
+  std::vector<io::ModelObject> objects = modelOf(document, what);
+  for (const io::ModelObject& object : objects) EXPECT_EQ(twice(object, 1), 0u);
+  for (const char* name : {"a.glb", "a.3mf", "a.ply", "a.obj", "a.gltf"}) {
+    SCOPED_TRACE(name);
+    static_cast<void>(writeModelFiles({folder / name}, document, what));
+    const io::ModelFile back = io::readModel(folder / name);
+    for (const io::ModelObject& object : back.objects) EXPECT_EQ(twice(object, 1), 0u);
+  }
+  // A mesh of somebody else's: the triangles that close a body are moved, others are left out.
+  objects.resize(1);
+  objects[0].mesh = {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 1}},
+                     {{0, 2, 1}, {0, 1, 3}, {1, 2, 4}, {2, 0, 4}, {0, 3, 4}, {1, 4, 3}}};
+  objects[0].vertexColours.clear();
+  EXPECT_EQ(partCorners(objects), "");
+  EXPECT_EQ(objects[0].mesh.triangles.size(), 6u);
+  EXPECT_EQ(twice(objects[0], 1), 0u);
+  objects[0].mesh = {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 3}, {1, 1, 2}}};
+  objects[0].triangleColours = {{1, 1, 1}, {2, 2, 2}, {3, 3, 3}};
+  EXPECT_EQ(partCorners(objects), "2 triangles with two corners in one place were left out.");
+  EXPECT_EQ(objects[0].mesh.triangles, (std::vector<std::array<uint32_t, 3>>{{0, 1, 2}}));
+  EXPECT_EQ(objects[0].triangleColours, (std::vector<io::Colour>{{1, 1, 1}}));
+  objects[0].mesh.triangles = {{1, 1, 2}};
+  EXPECT_THROW(static_cast<void>(partCorners(objects)), Error);
+}
+
 // Written from the surface slab by slab, without a mesh: the same bytes. Two pieces, one painted, both moved and
 // turned.
 TEST_F(ModelFiles, FilesOfOneMeshAreWrittenWithoutIt) {
