@@ -11,9 +11,26 @@
 #include <unistd.h>
 
 #include <array>
+#include <cstdlib>
+#include <new>
 
+#include "io/reader/memory_bound.h"
 #include "io/reader/reader.h"
 #include "io/reader/run.h"
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+void* operator new(size_t bytes) {
+  void* const memory = bytes <= argil::io::reader::mostAtOnce ? std::malloc(bytes == 0 ? 1 : bytes) : nullptr;
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, size_t) noexcept {
+  std::free(memory);
+}
+#endif
 
 namespace argil::io::reader {
 

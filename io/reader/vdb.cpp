@@ -1,3 +1,4 @@
+#include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/LevelSetRebuild.h>
 #include <openvdb/tools/SignedFloodFill.h>
@@ -9,10 +10,13 @@
 #include <cstring>
 #include <fstream>
 #include <map>
+#include <new>
+#include <stdexcept>
 #include <string>
 
 #include "clay/base/error.h"
 #include "clay/store/openvdb_grids.h"
+#include "io/reader/memory_bound.h"
 #include "io/reader/mesh_data.h"
 #include "io/reader/reader.h"
 
@@ -22,7 +26,9 @@ namespace {
 
 using Grid = openvdb::FloatGrid;
 
+constexpr size_t kLargestNode = size_t{4} << 20;  // bytes that reading may take at once whatever the file's size
 constexpr uint64_t kMostBricks = uint64_t{1} << 22;
+constexpr double kMostRebuilt = 67e6;   // voxels of a level set whose distances are made anew
 constexpr double kLeastBand = 3;        // voxels on each side: what clay keeps
 constexpr double kBandSlack = 1e-3;     // of a voxel: 32-bit numbers of other units
 constexpr double kScaleSlack = 1e-6;    // relative: what a transform may differ from a uniform scale by
@@ -138,6 +144,17 @@ openvdb::Coord shiftOf(const Grid& grid, const std::string& name) {
   return shift;
 }
 
+/// Refuses what would become far more voxels than it has when its distances are made anew: a damaged transform may make
+/// one voxel a million.
+void requireRebuildable(const Grid& grid, double voxel, const std::string& name) {
+  openvdb::Vec3d edges = grid.transform().voxelSize() / voxel;
+  std::sort(&edges[0], &edges[0] + 3);
+  const double voxels = double(grid.activeVoxelCount()) * edges[1] * edges[2] * (2 * kLeastBand + 1) / 3;
+  if (voxels <= kMostRebuilt) return;
+  throw Error("would have more than " + std::to_string(int(kMostRebuilt / 1e6)) + " million voxels in " + name +
+              " if its distances were made anew for cubes; resample it in the program that wrote it");
+}
+
 void sendLevelSet(Grid::Ptr grid, const std::string& title, ColourGrids& allColours, Sender& sender) {
   const std::string name = title.empty() ? "the grid without a name" : "grid " + title;
   requireFinite(*grid, name);
@@ -157,6 +174,7 @@ void sendLevelSet(Grid::Ptr grid, const std::string& title, ColourGrids& allColo
   if (!std::isfinite(voxel) || !(voxel > 0))
     throw Error("has a transform in " + name + " that is none; export it again");
   if (!why.empty()) {
+    requireRebuildable(*grid, voxel, name);
     openvdb::math::Transform::Ptr uniform = openvdb::math::Transform::createLinearTransform(voxel);
     rotation.setIdentity();
     grid = openvdb::tools::levelSetRebuild(*grid, 0, float(kLeastBand), float(kLeastBand), uniform.get());
@@ -241,6 +259,25 @@ bool isColours(const openvdb::GridBase& grid) {
   return std::find(std::begin(kColourNames), std::end(kColourNames), last) != std::end(kColourNames);
 }
 
+/// All grids. The library believes each length and count that a file has, and reads zeros behind its end: here reading
+/// ends where the file does, and no piece of memory is larger than the file, so that trees, whose smallest node has 64
+/// bytes in it, stay within a small multiple.
+openvdb::GridPtrVecPtr gridsOf(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw Error("cannot be opened; check the name and the permissions");
+  file.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
+  const MemoryBound bound(std::max<size_t>(kLargestNode, std::filesystem::file_size(path)));
+  try {
+    return openvdb::io::Stream(file, false).getGrids();
+  } catch (const std::ios_base::failure&) {
+    throw Error("is cut off or damaged: its data ends too early; export it again");
+  } catch (const std::bad_alloc&) {
+    throw Error("is cut off or damaged: it claims more data than it has; export it again");
+  } catch (const std::length_error&) {
+    throw Error("is cut off or damaged: it claims more data than it has; export it again");
+  }
+}
+
 }  // namespace
 
 void readVdb(const std::filesystem::path& path, Sender& sender) {
@@ -249,12 +286,10 @@ void readVdb(const std::filesystem::path& path, Sender& sender) {
   std::ifstream(path, std::ios::binary).read(reinterpret_cast<char*>(magic), sizeof magic);
   if (std::memcmp(magic, " BDV", sizeof magic) != 0) throw Error("is no OpenVDB file; export it again");
   openvdb::initialize();
-  openvdb::io::File file(path.string());
-  file.open(false);  // nothing is left to be loaded later
+  const openvdb::GridPtrVecPtr grids = gridsOf(path);
   sender.text(wire::Kind::format, "OpenVDB");
   std::vector<std::string> others;
   size_t sent = 0;
-  const openvdb::GridPtrVecPtr grids = file.getGrids();
   ColourGrids colours;
   for (openvdb::GridBase::Ptr& base : *grids) {
     if (!base || !isColours(*base)) continue;

@@ -6,7 +6,11 @@
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/LevelSetSphere.h>
 
+#include <sys/resource.h>
+
+#include <chrono>
 #include <cmath>
+#include <cstring>
 
 #include "clay/field/primitives.h"
 #include "clay/store/editor.h"
@@ -65,6 +69,76 @@ class VdbFile : public testing::Test {
   samples::Folder folder_;
   std::filesystem::path path_ = folder_ / "a.vdb";
 };
+
+/// Seconds and MiB that reading takes, and what it says.
+struct Cost {
+  std::string said;
+  double seconds;
+  double mebibytes;
+};
+Cost costOf(const std::filesystem::path& file) {
+  Cost cost;
+  const auto begin = std::chrono::steady_clock::now();
+  try {
+    static_cast<void>(readVdb(file));
+  } catch (const Error& error) {
+    cost.said = error.what();
+  }
+  cost.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  rusage used{};
+  ::getrusage(RUSAGE_CHILDREN, &used);  // the most of any child so far
+  cost.mebibytes = double(used.ru_maxrss) / 1024;
+  return cost;
+}
+
+// Every word of the head of a file becomes a number that no file holds: lengths of names, counts of grids and nodes,
+// sizes of packed pieces. Nothing is taken for it.
+TEST_F(VdbFile, ADamagedFileIsRefusedBeforeMemoryIsTaken) {
+  write({ball(95, 1)});
+  const std::string whole = samples::slurp(path_);
+  ASSERT_GT(whole.size(), size_t{2} << 20);
+  // A reader has 40 MiB of libraries; a tree of this file takes a few times its size.
+  const double most = 60 + 10 * double(whole.size()) / double(1 << 20);
+  size_t refused = 0;
+  for (const uint32_t word : {0x7fffffffu, 0x40000000u, 0x00ffffffu}) {
+    for (size_t at = 20; at < 1200; at += 37) {
+      std::string damaged = whole;
+      std::memcpy(&damaged[at], &word, sizeof word);
+      samples::spill(path_, damaged);
+      const Cost cost = costOf(path_);
+      refused += !cost.said.empty();
+      EXPECT_LT(cost.mebibytes, most) << "byte " << at << ": " << cost.said;
+      EXPECT_LT(cost.seconds, 5) << "byte " << at << ": " << cost.said;
+      if (cost.mebibytes >= most) return;  // which all others would repeat
+    }
+  }
+  EXPECT_GT(refused, 30u);
+  for (const size_t part : {2u, 3u, 10u, 100u}) {
+    samples::spill(path_, whole.substr(0, whole.size() / part));
+    EXPECT_THAT(costOf(path_).said, testing::AnyOf(HasSubstr("its data ends too early"), HasSubstr("is damaged")));
+  }
+}
+
+TEST_F(VdbFile, ATransformThatMakesAMillionOfOneVoxelIsRefused) {
+  for (const openvdb::Vec3d& edges :
+       {openvdb::Vec3d(1, 1, 1e-4), openvdb::Vec3d(1, 1e-3, 1), openvdb::Vec3d(1e5, 1e5, 1)}) {
+    const auto grid = ball();
+    auto transform = openvdb::math::Transform::createLinearTransform(1.0);
+    transform->preScale(edges);
+    grid->setTransform(transform);
+    write({grid});
+    const Cost cost = costOf(path_);
+    EXPECT_THAT(cost.said, HasSubstr("million voxels in grid ball"));
+    EXPECT_LT(cost.seconds, 5);
+  }
+  // What is scaled by axis within reason is made anew as before.
+  const auto grid = ball();
+  auto transform = openvdb::math::Transform::createLinearTransform(0.5);
+  transform->preScale(openvdb::Vec3d(1, 1, 2));
+  grid->setTransform(transform);
+  write({grid});
+  EXPECT_THAT(readVdb(path_).at(0).notes, Contains(HasSubstr("is skewed, mirrored or scaled by axis")));
+}
 
 TEST_F(VdbFile, OpenVdbReadsWhatWeWrite) {
   clay::Grid grid;
