@@ -141,10 +141,6 @@ std::array<uint8_t, 3> bytesOf(const std::array<float, 3>& colour) {
   return bytes;
 }
 
-std::optional<std::array<float, 3>> chosenColour(const Piece& piece) {
-  return piece.colour == kPlainClay ? std::nullopt : std::optional(piece.colour);
-}
-
 std::vector<std::optional<std::array<uint8_t, 3>>> materialColours(const Piece& piece) {
   std::vector<std::optional<std::array<uint8_t, 3>>> colours;
   for (const MaterialRow& row : piece.materials)

@@ -42,23 +42,18 @@ struct MaterialRow {
 /// Of a piece: clay::Channel::material 1 to 254. 255 is unseen clay, which feels like the piece itself.
 inline constexpr size_t kMaxMaterialRows = 254;
 
-/// sRGB colour in which clay is shown that nobody gave a colour. Files are written without it.
-inline constexpr std::array<float, 3> kPlainClay{0.80f, 0.62f, 0.50f};
-
 /// A clay of its own voxel size and place.
 struct Piece : Thing {
   clay::Version version;
-  haptics::Pose pose;                        ///< From the piece's millimetres to the world's.
-  Vec3d fileOffsetMm = Vec3d::Zero();        ///< From here to where the imported file had it: export can put it back.
-  std::array<float, 3> colour = kPlainClay;  ///< sRGB.
-  haptics::Material material;                ///< How it feels; Material::texture is not used here.
+  haptics::Pose pose;                  ///< From the piece's millimetres to the world's.
+  Vec3d fileOffsetMm = Vec3d::Zero();  ///< From here to where the imported file had it: export can put it back.
+  std::array<float, 3> colour{0.80f, 0.62f, 0.50f};  ///< sRGB.
+  haptics::Material material;                        ///< How it feels; Material::texture is not used here.
   /// How voxels feel whose clay::Channel::material is 1, 2, ...; a row that is not there feels like the piece itself.
   std::vector<MaterialRow> materials;
   bool hideMasked = false;  ///< Where the mask is above 127 clay is neither seen nor felt; see hideMasked().
 };
 
-/// The piece's colour where the user or a file chose one; none for kPlainClay.
-[[nodiscard]] std::optional<std::array<float, 3>> chosenColour(const Piece& piece);
 /// sRGB bytes of a colour; and of the piece's materials, row by row, where they have one.
 [[nodiscard]] std::array<uint8_t, 3> bytesOf(const std::array<float, 3>& colour);
 [[nodiscard]] std::vector<std::optional<std::array<uint8_t, 3>>> materialColours(const Piece& piece);

@@ -9,6 +9,7 @@
 #include "clay/base/error.h"
 #include "clay/cage/fit_cage.h"
 #include "clay/field/region_work.h"
+#include "engine/models/model_colours.h"
 #include "engine/models/quad_wishes.h"
 #include "io/cad/iges_file.h"
 #include "io/cad/step_file.h"

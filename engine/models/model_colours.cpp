@@ -70,6 +70,10 @@ io::Colour colourOf(const std::array<float, 3>& c) {
   return {red, green, blue, 255};
 }
 
+std::optional<std::array<float, 3>> chosenColour(const Piece& piece) {
+  return piece.colour == Piece().colour ? std::nullopt : std::optional(piece.colour);
+}
+
 std::optional<io::Colour> fileColourOf(const Piece& piece) {
   const auto chosen = chosenColour(piece);
   return chosen ? std::optional(colourOf(*chosen)) : std::nullopt;

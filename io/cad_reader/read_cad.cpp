@@ -296,7 +296,7 @@ void readCad(const std::filesystem::path& file, Sender& sender) {
     if (text.starts_with(kStep) && marked) {
       std::istringstream stream{std::string(text)};
       read<STEPCAFControl_Reader>("STEP", false, sender,
-                                  [&](auto& reader) { return reader.ReadStream(file.c_str(), stream); });
+                                  [&](auto& reader) { return reader.ChangeReader().ReadStream(file.c_str(), stream); });
     } else if (text.starts_with(kStep)) {
       read<STEPCAFControl_Reader>("STEP", false, sender, open);
     } else if (marked) {

@@ -16,6 +16,7 @@
 #include "clay/mesh/mesh_topology.h"
 #include "clay/store/editor.h"
 #include "clay/store/store.h"
+#include "engine/models/model_colours.h"
 #include "engine/models/prepare_clay.h"
 #include "engine/text/document_text.h"
 #include "io/models/model_writer.h"
