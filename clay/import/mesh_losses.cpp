@@ -20,11 +20,10 @@ namespace {
 constexpr double kFragment = 0.5;     // of its body of the mesh: what is less is a part of it
 constexpr double kMostSpecks = 0.05;  // of the volume: more is what there is of a mesh of thin walls
 constexpr float kNoClay = 0.75f;      // voxels from the clay where none is near
-constexpr double kThin = 4;        // voxels that walls are thick in the mean: of thinner ones the surface is looked at
-constexpr double kShown = 0.8;     // of the volume by distances: a surface around less is what counts,
-constexpr double kGone = 0.5;      // and around less than this it is none
-constexpr double kSampleArea = 4;  // voxels² for which one point is looked at
-constexpr int kMostSamples = 256;  // of one triangle
+constexpr double kGone = 0.5;         // of the mesh's volume: where less is left, walls are without thickness
+constexpr double kSampleArea = 4;     // voxels² for which one point is looked at
+constexpr int kMostSamples = 256;     // of one triangle
+constexpr int kThreads = 2;
 
 // Volume in voxels³ of the body of the mesh that each triangle belongs to.
 class BodiesOfMesh {
@@ -78,7 +77,6 @@ MeshLosses takeSpecks(Version& version, const RepairedMesh& repaired, const Work
     found.specks += taken.count;
     found.speckMm3 += taken.volumeMm3;
   }
-  found.clayMm3 = volumeOf(version) * edge * edge * edge;
   if (repaired.findings.sound() && repaired.findings.bodies == 1) found.meshMm3 = bodies.sum() * edge * edge * edge;
 
   Sampler clay(version);
@@ -99,18 +97,16 @@ MeshLosses takeSpecks(Version& version, const RepairedMesh& repaired, const Work
       sum += p * (area / samples);
     }
   }
-  // A wall of hardly a voxel may leave layers of distances that are about zero: clay of no thickness, near all of it.
-  const double meshVoxels = found.meshMm3 / (edge * edge * edge);
-  if (meshVoxels > 0 && 2 * meshVoxels < kThin * all) {
+  // The clay's volume is that within the surface which users see and files get. Sums over voxels are off by a quarter
+  // of a voxel² for each voxel of an edge, and take layers of distances that are about zero for clay.
+  if (found.meshMm3 > 0) {
     Surface surface(false, Grade::fine);
-    surface.update(version);
-    const double shown = std::max(0.0, surfaceTopology(surface).volume);
-    if (shown < kShown * found.clayMm3) {
-      found.clayMm3 = shown;
-      if (const double gone = all * (1 - shown / found.meshMm3); shown < kGone * found.meshMm3 && gone > lost) {
-        lost = gone;
-        sum = allSum * (gone / all);
-      }
+    surface.update(version, kThreads);
+    found.clayMm3 = std::max(0.0, surfaceTopology(surface).volume);
+    const double gone = all * (1 - found.clayMm3 / found.meshMm3);
+    if (found.clayMm3 < kGone * found.meshMm3 && gone > lost) {
+      lost = gone;
+      sum = allSum * (gone / all);
     }
   }
   part.step(1);

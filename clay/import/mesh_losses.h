@@ -14,8 +14,8 @@ struct MeshLosses {
   double speckMm3 = 0;  ///< Of them together.
   uint64_t bodies = 0;  ///< Of the clay, without them.
   uint64_t cavities = 0;
-  double meshMm3 = 0;  ///< Of a sound mesh of one body; else 0: bodies may overlap.
-  double clayMm3 = 0;  ///< By distances; by the surface where that has much less, as thin walls may.
+  double meshMm3 = 0;  ///< Volume of a sound mesh of one body; else 0: bodies may overlap.
+  double clayMm3 = 0;  ///< Volume within the clay's surface in Grade::fine; 0 where meshMm3 is.
   /// Area of the mesh with no clay near, or with clay of no thickness: both sides of walls thinner than a voxel.
   double lostMm2 = 0;
   Vec3d lostAtMm = Vec3d::Zero();  ///< The middle of it.

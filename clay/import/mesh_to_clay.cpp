@@ -21,7 +21,6 @@ constexpr double kMostActiveVoxels = 1 << 28;
 constexpr double kBytesOfVoxel = 80;    // at the peak of an import
 constexpr int kMargin = 16;             // voxels between a placed origin and the mesh: more than any band
 constexpr double kLeastBacked = 0.5;    // share of an open mesh's area with an inside behind it: below, it is a sheet
-constexpr double kEdgesPerArea = 1.5;   // voxel edges that a plane crosses for each voxel², mean over directions
 constexpr double kLostVoxels = 50;      // of a mesh's area in voxels²: rims and tips lose less
 constexpr double kVoxelsAWall = 2;      // that keep it
 constexpr double kWorthSaying = 0.005;  // share of the band: a few voxels fall out at every sharp tip and rim
@@ -207,7 +206,7 @@ Imported meshToClay(std::shared_ptr<Store> store, const TriangleMesh& mesh, cons
   Imported result;
   static_cast<MeshFindings&>(result.report) = findings;
   result.report.closingEdges = field.closingEdges;
-  result.report.closedMm2 = double(field.closingEdges) / kEdgesPerArea * grid.voxelMm * grid.voxelMm;
+  result.report.closedMm2 = field.closedArea * grid.voxelMm * grid.voxelMm;
   result.report.droppedVoxels = field.droppedVoxels;
   result.report.bandVoxels = field.bandVoxels;
   result.report.windingUsed = !findings.sound() || findings.bodies > 1;

@@ -321,6 +321,10 @@ class Builder {
       }
     }
     closingEdges_ = seenEdges[0].size() + seenEdges[1].size() + seenEdges[2].size();
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto seen = [&](const VdbCoord& a, int along) { return seenEdges[along].contains(a); };
+      for (const VdbCoord& a : seenEdges[axis]) closedArea_ += areaAt(a, axis, double(cut(a, unit(axis))), sign, seen);
+    }
 
     // Voxels that were never looked at lie on the side of the voxel from which the march comes: every edge through the
     // closing surface was visited.
@@ -338,6 +342,48 @@ class Builder {
     for (const VdbCoord& v : starts) march.seed(v, seed.getValue(v));
     march.run(band_ + 1, job_);
     closing_ = std::make_shared<FloatTree>(seeds);
+  }
+
+  /// Area in voxels² of the closing surface for which the edge from `a` along `axis` stands, where it cuts the edge at
+  /// `t`. All edges of one axis cut a surface once for each voxel² of its shadow along that axis, so the cosine between
+  /// axis and normal, summed over the edges of all three axes, is the area. Beside the rim of a hole an edge stands for
+  /// what reaches from halfway to its neighbour up to the nearest triangle.
+  template <class Seen>
+  [[nodiscard]] double areaAt(const VdbCoord& a, int axis, double t, openvdb::tree::ValueAccessor<FloatTree>& sign,
+                              const Seen& seen) const {
+    const auto unit = [](int along) { return VdbCoord(along == 0, along == 1, along == 2); };
+    const VdbCoord b = a + unit(axis);
+    // The winding number is smooth but for steps of one across triangles.
+    const auto change = [&](const VdbCoord& from, const VdbCoord& to) {
+      const float by = sign.getValue(to) - sign.getValue(from);
+      return double(by - std::round(by));
+    };
+    const Vec3d p = Vec3d(a.x(), a.y(), a.z()) + t * Vec3d::Unit(axis);
+    Vec3d rim = Vec3d::Constant(HUGE_VAL);  // from the cut to the nearest triangle
+    for (const VdbCoord& end : {a, b}) {
+      const int triangle = indices_->tree().getValue(end);
+      if (triangle < 0) continue;
+      const auto& [i, j, k] = mesh_.triangles[size_t(triangle)];
+      const Vec3d to = nearestOnTriangle(p, mesh_.positions[i], mesh_.positions[j], mesh_.positions[k]) - p;
+      if (to.squaredNorm() < rim.squaredNorm()) rim = to;
+    }
+    Vec3d gradient = Vec3d::Zero();
+    gradient[axis] = change(a, b);
+    double share = 1;
+    for (const int other : {(axis + 1) % 3, (axis + 2) % 3}) {
+      const VdbCoord u = unit(other);
+      gradient[other] = (change(a - u, a) + change(a, a + u) + change(b - u, b) + change(b, b + u)) / 4;
+      for (const int way : {-1, 1}) {
+        // The surface goes on over this side of the cell's face where it cuts another edge of the face.
+        const VdbCoord next = way > 0 ? a + u : a - u, low = way > 0 ? a : a - u;
+        if (seen(next, axis) || seen(low, other) || seen(low + unit(axis), other)) continue;
+        const double along = way * rim[other], squared = rim.squaredNorm();
+        if (along > 0 && std::isfinite(squared)) share += std::min(1.0, squared / along) - 0.5;
+        if (squared == 0) share -= 0.5;
+      }
+    }
+    const double length = gradient.norm();
+    return length > 0 ? std::max(0.0, share) * std::abs(gradient[axis]) / length : 0;
   }
 
   /// Takes away distances to triangles that do not bound the inside (inner walls of overlapping bodies, fins, walls
@@ -503,6 +549,7 @@ class Builder {
     grid->setTree(tree);
     result.grid = {grid};
     result.closingEdges = closingEdges_;
+    result.closedArea = closedArea_;
     result.droppedVoxels = droppedVoxels_;
     return result;
   }
@@ -516,6 +563,7 @@ class Builder {
   mutable std::once_flag exactOnce_;
   mutable std::optional<WindingNumber> exact_;  // where voxels do not tell
   uint64_t closingEdges_ = 0, droppedVoxels_ = 0;
+  double closedArea_ = 0;  // voxels²
 };
 
 }  // namespace

@@ -13,7 +13,7 @@ namespace {
 constexpr int kMostCells = 2048;  // along a side of the plane
 constexpr size_t kBlock = 4096;
 constexpr double kUpright = 0.0175;  // sine of a degree: triangles of a wall that stands upright lean by as much
-constexpr double kOneFace = 0.8;     // cosine of the angle up to which normals beside a face are of the same one
+constexpr double kMostLean = 0.2;    // tangent by which a triangle of a face leans, however small it is
 
 using Vec2d = Eigen::Vector2d;
 
@@ -93,23 +93,42 @@ Vec3d areaOf(const TriangleMesh& mesh, const std::array<uint32_t, 3>& t) {
   return (mesh.positions[t[1]] - mesh.positions[t[0]]).cross(mesh.positions[t[2]] - mesh.positions[t[0]]) / 2;
 }
 
-// Triangles of voxels lean this way and that around the surface: the mean of those beside one another does not.
-std::vector<float> draftsOf(const TriangleMesh& mesh, const Vec3d& pull, int threads) {
-  std::vector<Vec3d> normals(mesh.positions.size(), Vec3d::Zero());
-  for (const auto& t : mesh.triangles) {
-    const Vec3d area = areaOf(mesh, t);
-    for (const uint32_t v : t) normals[v] += area;
+// The draft of each triangle, degrees, by its normal and those of the triangles around its corners that may be of the
+// same face. Corners lie up to `slackMm` off the face, so a triangle leans by up to slack over its height: triangles of
+// voxels by degrees, which the mean takes away, and large ones by nothing, so that caps and chamfers do not count.
+std::vector<float> draftsOf(const TriangleMesh& mesh, const Vec3d& pull, double slackMm, int threads) {
+  const size_t count = mesh.triangles.size();
+  std::vector<Vec3d> areas(count);
+  std::vector<double> leans(count);  // tangents
+  std::vector<uint32_t> starts(mesh.positions.size() + 1, 0), around(3 * count);
+  for (size_t t = 0; t < count; ++t) {
+    const auto& [i, j, k] = mesh.triangles[t];
+    const Vec3d &a = mesh.positions[i], &b = mesh.positions[j], &c = mesh.positions[k];
+    areas[t] = areaOf(mesh, mesh.triangles[t]);
+    const double longest = std::sqrt(std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()}));
+    const double height = 2 * areas[t].norm() / std::max(longest, 1e-300);
+    leans[t] = height > 0 ? std::min(kMostLean, slackMm / height) : kMostLean;
+    for (const uint32_t v : mesh.triangles[t]) ++starts[v + 1];
   }
-  std::vector<float> drafts(mesh.triangles.size());
+  for (size_t v = 1; v < starts.size(); ++v) starts[v] += starts[v - 1];
+  std::vector<uint32_t> next(starts.begin(), starts.end() - 1);
+  for (uint32_t t = 0; t < count; ++t)
+    for (const uint32_t v : mesh.triangles[t]) around[next[v]++] = t;
+  std::vector<float> drafts(count);
   parallelBlocks(
-      mesh.triangles.size(), threads,
+      count, threads,
       [&](size_t begin, size_t end) {
-        for (size_t i = begin; i < end; ++i) {
-          const Vec3d own = areaOf(mesh, mesh.triangles[i]).normalized();
-          Vec3d sum = Vec3d::Zero();
-          for (const uint32_t v : mesh.triangles[i])
-            if (const Vec3d each = normals[v].normalized(); each.dot(own) > kOneFace) sum += each;
-          drafts[i] = static_cast<float>(draftDegrees(sum.isZero(0) ? own : sum, pull));
+        for (size_t t = begin; t < end; ++t) {
+          Vec3d sum = areas[t];
+          for (const uint32_t v : mesh.triangles[t])
+            for (uint32_t n = starts[v]; n < starts[v + 1]; ++n) {
+              const uint32_t other = around[n];
+              const double along = areas[t].dot(areas[other]);
+              const double tangent = (leans[t] + leans[other]) / (1 - leans[t] * leans[other]);
+              if (along > 0 && areas[t].cross(areas[other]).squaredNorm() <= tangent * tangent * along * along)
+                sum += areas[other];
+            }
+          drafts[t] = static_cast<float>(draftDegrees(sum, pull));
         }
       },
       kBlock);
@@ -143,7 +162,7 @@ PullFaces pullFaces(const TriangleMesh& mesh, const Vec3d& pull, double slackMm,
         }
       },
       kBlock);
-  faces.drafts = draftsOf(mesh, pull, threads);
+  faces.drafts = draftsOf(mesh, pull, slackMm, threads);
   for (size_t t = 0; t < mesh.triangles.size(); ++t) {
     const double area = areaOf(mesh, mesh.triangles[t]).norm();
     (faces.sides[t] == PullSide::upper   ? faces.upperMm2

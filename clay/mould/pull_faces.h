@@ -16,8 +16,9 @@ enum class PullSide : uint8_t {
 };
 
 struct PullFaces {
-  std::vector<PullSide> sides;  ///< One for each triangle,
-  std::vector<float> drafts;    ///< and its draft, degrees, by its normal and those beside it.
+  std::vector<PullSide> sides;  ///< One for each triangle.
+  /// The draft of each triangle, degrees: of its face, as corners may lie off the face by the slack.
+  std::vector<float> drafts;
   double upperMm2 = 0, lowerMm2 = 0, undercutMm2 = 0;
   double steepMm2 = 0;  ///< Of what comes out: less than the draft that was asked for.
 };
@@ -28,8 +29,9 @@ struct PullFaces {
 
 /// Each face by a line from its middle along the pull, or against it where it looks that way; of one that stands
 /// upright within a degree either will do. The line begins `slackMm` before the face, so that a wall which stands
-/// upright does not cover itself for being uneven by less. Exact but for that: no picture of heights stands between.
-/// The same for any `threads`. `pull`: a unit vector. Cost: about 0.5 s for a million triangles on two threads.
+/// upright does not cover itself for being uneven by less; draft allows for the same unevenness. Exact but for that: no
+/// picture of heights stands between. The same for any `threads`. `pull`: a unit vector. Cost: about 0.5 s for a
+/// million triangles on two threads.
 [[nodiscard]] PullFaces pullFaces(const TriangleMesh& mesh, const Vec3d& pull, double slackMm, double draftDegrees,
                                   int threads);
 

@@ -30,6 +30,8 @@ constexpr std::array<double, 3> kRadii{4, 16, 48};
 constexpr int kDabs = 25;
 // Of a dab's cost so much does not follow the band: as much as a band of so many voxels.
 constexpr double kBeside = 15;
+// No dab is done sooner, whatever was measured; 100 voxels are the largest tip that is predicted.
+constexpr double kLeastDabUs = 1, kLeastRadius = 0.5, kMostRadius = 100;
 // And so much does not follow how the surface lies to the axes.
 constexpr double kNoSlant = 0.4;
 
@@ -58,16 +60,20 @@ double dab(const clay::Version& ball, clay::Surface& surface, double radius) {
 }  // namespace
 
 double MachineSpeed::dabMs(double radiusVoxels, double band, double slant) const {
-  const double us = dabUs[0] + radiusVoxels * (dabUs[1] + radiusVoxels * dabUs[2]);
+  const double us = std::max(kLeastDabUs, dabUs[0] + radiusVoxels * (dabUs[1] + radiusVoxels * dabUs[2]));
   return 1e-3 * us * (band + kBeside) / (3 + kBeside) * (slant + kNoSlant) / (1.5 + kNoSlant);
 }
 
 bool MachineSpeed::plausible() const {
-  constexpr std::array kTried{0.5, 4.0, 30.0, 100.0};
-  return std::all_of(kTried.begin(), kTried.end(), [&](double radius) {
-    const double ms = dabMs(radius, 3, 1.5);
-    return ms > 1e-4 && ms < 1e4;
-  });
+  const auto sensible = [&](double radius) {
+    const double us = dabUs[0] + radius * (dabUs[1] + radius * dabUs[2]);
+    return us > kLeastDabUs && us < 1e7;
+  };
+  constexpr std::array kTried{kLeastRadius, 4.0, 30.0, kMostRadius};
+  if (!std::all_of(kTried.begin(), kTried.end(), sensible)) return false;
+  // A parabola through times that a busy machine spoilt may be below zero between them.
+  const double lowest = dabUs[2] > 0 ? -dabUs[1] / (2 * dabUs[2]) : kLeastRadius;
+  return lowest < kLeastRadius || lowest > kMostRadius || sensible(lowest);
 }
 
 std::string processorName() {

@@ -13,6 +13,7 @@ namespace argil::engine {
 struct MachineSpeed {
   std::array<double, 3> dabUs = {80, 4, 0.75};  ///< Of a machine that nobody has measured.
 
+  /// Returns the time of a dab; above zero whatever `dabUs` is.
   [[nodiscard]] double dabMs(double radiusVoxels, double band, double slant) const;
   /// Whether some machine could be so: a busy one may have measured anything.
   [[nodiscard]] bool plausible() const;

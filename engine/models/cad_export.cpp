@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "clay/base/error.h"
+#include "clay/base/rounded_up.h"
 #include "clay/cage/fit_cage.h"
 #include "clay/field/region_work.h"
 #include "engine/models/model_colours.h"
@@ -46,10 +47,11 @@ std::vector<std::string> writeCad(const std::filesystem::path& file, const Docum
     bodies.push_back(body);
     const clay::OneWay &there = made.deviation.fromPatches, &back = made.deviation.fromClay;
     sentences.push_back(fmt::format(
-        "{}: {} smooth faces; from them to the clay {:.2g} mm RMS, {:.2g} in 99 of 100 places, {:.2g} at most (bound "
-        "{:.2g}); from the clay to them {:.2g}, {:.2g}, {:.2g}; {} corners where other than four meet.",
-        piece.name, made.surface.patches.size(), there.rms, there.p99, there.max, made.deviation.boundMm, back.rms,
-        back.p99, back.max, made.irregular));
+        "{}: {} smooth faces; from them to the clay {:.2g} mm RMS, {:.2g} in 99 of 100 places, {:.2g} at most; from "
+        "the "
+        "clay to them {:.2g}, {:.2g}, {:.2g} (bound of both ways {:.2g}); {} corners where other than four meet.",
+        piece.name, made.surface.patches.size(), there.rms, there.p99, clay::roundedUp(there.max), back.rms, back.p99,
+        clay::roundedUp(back.max), clay::roundedUp(made.deviation.boundMm), made.irregular));
     std::ranges::move(wishWords(document, piece, what, made.met), std::back_inserter(sentences));
     const auto placesOf = [&](const auto& places, const auto& told) {
       std::string text;
@@ -70,7 +72,7 @@ std::vector<std::string> writeCad(const std::filesystem::path& file, const Docum
     std::string sentence = fmt::format("{}: tried ", piece.name);
     for (const clay::PatchTry& one : tries)
       sentence += fmt::format("{}{} faces ({:.2g} mm, bound {:.2g})", &one == tries.data() ? "" : ", ", one.quads,
-                              one.mostMm, one.boundMm);
+                              clay::roundedUp(one.mostMm), clay::roundedUp(one.boundMm));
     sentences.push_back(sentence + ".");
     if (std::max(made.deviation.mostMm(), made.deviation.boundMm) <= *what.cadErrorMm) continue;
     sentence = fmt::format("{}: {} faces do not keep within {:g} mm everywhere", piece.name,

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "clay/base/error.h"
+#include "clay/base/rounded_up.h"
 #include "clay/import/mesh_to_clay.h"
 #include "clay/mesh/corners_apart.h"
 #include "clay/mesh/mesh_topology.h"
@@ -73,7 +74,8 @@ void makePieces(io::ModelFile& read, const ModelImport& how, ImportedModel& impo
   if (how.onRead) how.onRead(whole);
   clay::ImportOptions options;
   options.grid.voxelMm = how.voxelMm ? *how.voxelMm : clay::suggestVoxelMm(*whole);
-  const auto add = [&](const io::ModelObject& object, const clay::TriangleMesh& mesh) {
+  // `of`: the name before its notes; empty where there is one piece.
+  const auto add = [&](const io::ModelObject& object, const clay::TriangleMesh& mesh, const std::string& of) {
     clay::Imported made = clay::meshToClay(clay::Store::make(how.precision), mesh, options, job);
     made.version = withColours(std::move(made.version), mesh, {object.vertexColours, object.triangleColours},
                                clay::WorkPart(job, kMade, 1));
@@ -84,16 +86,18 @@ void makePieces(io::ModelFile& read, const ModelImport& how, ImportedModel& impo
                                   object.name.empty() ? "an object" : object.name));
     else
       imported.pieces.push_back(pieceOf(object, std::move(made.version)));
-    for (std::string& sentence : notes) {
-      if (std::find(imported.notes.begin(), imported.notes.end(), sentence) == imported.notes.end())
-        imported.notes.push_back(std::move(sentence));
-    }
+    for (const std::string& sentence : notes)
+      imported.notes.push_back(of.empty() ? sentence : fmt::format("{}: {}", of, sentence));
   };
   if (!objects.empty()) {
     const size_t notes = imported.notes.size();
     const io::ModelObject* at = &objects.front();
     try {
-      for (const io::ModelObject& object : objects) add(*(at = &object), object.mesh);
+      for (const io::ModelObject& object : objects) {
+        at = &object;
+        add(object, object.mesh,
+            object.name.empty() ? fmt::format("Object {}", at - objects.data() + 1) : io::displayName(object.name));
+      }
       requireSome(imported);
       return;
     } catch (const Cancelled&) {
@@ -106,7 +110,7 @@ void makePieces(io::ModelFile& read, const ModelImport& how, ImportedModel& impo
                                            at->name.empty() ? "one of them" : at->name));
     }
   }
-  add(all, *whole);
+  add(all, *whole, {});
   requireSome(imported);
 }
 
@@ -341,7 +345,7 @@ std::string reduceModel(std::vector<io::ModelObject>& objects, const ModelExport
     after += object.mesh.triangles.size();
   }
   return fmt::format("Reduced from {} to {} triangles; the surface moved by at most {:.2g} mm, measured both ways.",
-                     before, after, most);
+                     before, after, clay::roundedUp(most));
 }
 
 std::string partCorners(std::vector<io::ModelObject>& objects) {
@@ -439,7 +443,8 @@ std::vector<std::string> writeModelFiles(const std::vector<std::filesystem::path
                                       report.triangles, report.format, double(report.bytes) * 1e-6));
     }
     if (report.deviation > 0)
-      sentences.back() += fmt::format(" Packing moved the surface by at most {:.2g} mm.", report.deviation);
+      sentences.back() +=
+          fmt::format(" Packing moved the surface by at most {:.2g} mm.", clay::roundedUp(report.deviation));
     if (!report.warning.empty()) sentences.back() += " " + report.warning;
   }
   if (!reduction.empty()) sentences.push_back(reduction);

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "clay/base/error.h"
+#include "clay/base/rounded_up.h"
 #include "clay/cage/flat_quads.h"
 #include "clay/field/region_work.h"
 #include "clay/mesh/reduce.h"
@@ -60,7 +61,7 @@ io::TexturedObject objectOf(const Document& document, const Piece& piece, const 
   sentences.push_back(fmt::format(
       "{}: {} quads; {:.2g} mm RMS off the clay, {:.2g} at most; {} charts on {:.0f} % of the picture, stretched by "
       "{:.1f} %.",
-      piece.name, out.mesh.quads.size(), off.rmsMm, off.most(), out.map.charts, 100 * out.map.covered,
+      piece.name, out.mesh.quads.size(), off.rmsMm, clay::roundedUp(off.most()), out.map.charts, 100 * out.map.covered,
       100 * (out.map.stretch - 1)));
   if (quads.tooFarMm > 0)
     sentences.push_back(fmt::format("{}: {} quads {}, so more were drawn.", piece.name, *what.quads,

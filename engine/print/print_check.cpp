@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <string>
+#include <unordered_map>
+#include <vector>
 
 #include "clay/base/error.h"
 #include "clay/surface/quads.h"
@@ -28,7 +31,53 @@ const std::array<PrintProcess, kPrintProcesses> kProcesses{{
 
 constexpr double kBedVoxels = 3;  // from the lowest place: what stands on the bed
 constexpr double kMostVoxels = 256;
+// An overhang that is no larger, in one patch, needs no support: a thread of filament and a cured layer carry
+// themselves so far, and below some voxels it is but how a rim was rounded.
+constexpr double kCarriedMm2 = 0.25, kCarriedVoxels = 4;
 constexpr int kThreads = 2;
+
+// Areas of triangles that hang together through vertices of a surface.
+class Patches {
+ public:
+  explicit Patches(const clay::Surface& surface) {
+    uint32_t count = 0;
+    surface.forEach([&](const clay::BrickMesh& mesh) {
+      first_[&mesh] = count;
+      count += static_cast<uint32_t>(mesh.positions.size());
+    });
+    parent_.resize(count);
+    std::iota(parent_.begin(), parent_.end(), 0u);
+    area_.resize(count);
+  }
+  void add(const clay::Corner& a, const clay::Corner& b, const clay::Corner& c, double area) {
+    const uint32_t root = find(indexOf(a));
+    area_[root] += area;
+    for (const clay::Corner* other : {&b, &c}) {
+      const uint32_t from = find(indexOf(*other)), to = find(indexOf(a));
+      if (from == to) continue;
+      area_[to] += area_[from];
+      parent_[from] = to;
+    }
+  }
+  // Area of the largest patch.
+  [[nodiscard]] double largest() {
+    double most = 0;
+    for (uint32_t i = 0; i < parent_.size(); ++i)
+      if (parent_[i] == i) most = std::max(most, area_[i]);
+    return most;
+  }
+
+ private:
+  [[nodiscard]] uint32_t indexOf(const clay::Corner& corner) const { return first_.at(corner.mesh) + corner.index; }
+  uint32_t find(uint32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+
+  std::unordered_map<const clay::BrickMesh*, uint32_t> first_;
+  std::vector<uint32_t> parent_;
+  std::vector<double> area_;
+};
 
 }  // namespace
 
@@ -56,7 +105,7 @@ PrintProcess printProcess(const PrintWish& wish) {
 int PrintReport::troubles(const PrintProcess& process) const {
   const auto closed =
       std::any_of(slices.traps.begin(), slices.traps.end(), [](const clay::Trap& trap) { return trap.closed; });
-  return !walls.parts.empty() + !gaps.parts.empty() + !fits + (process.needsSupport && overhangMm2 > 0) +
+  return !walls.parts.empty() + !gaps.parts.empty() + !fits + (process.needsSupport && overhangs) +
          (process.needsSupport && !slices.islands.empty()) +
          (closed || (process.holdsLiquid && !slices.traps.empty())) + !necks.empty();
 }
@@ -95,6 +144,7 @@ PrintReport checkPrint(const clay::Version& version, const haptics::Pose& pose, 
   });
   const double flat = std::cos(process.overhangDegrees * std::numbers::pi / 180);
   const double onBed = low.z() + kBedVoxels * grid.voxelMm;
+  Patches patches(surface);
   surface.forEach([&](const clay::BrickMesh& mesh) {
     forEachQuad(surface, mesh, [&](const std::array<clay::Corner, 4>& corners) {
       std::array<Vec3d, 4> p;
@@ -102,11 +152,14 @@ PrintReport checkPrint(const clay::Version& version, const haptics::Pose& pose, 
       for (size_t k = 1; k < 3; ++k) {
         const Vec3d normal = (p[k] - p[0]).cross(p[k + 1] - p[0]);
         const double twice = normal.norm();
-        if (twice > 0 && -normal.z() > flat * twice && std::max({p[0].z(), p[k].z(), p[k + 1].z()}) > onBed)
-          report.overhangMm2 += twice / 2;
+        if (!(twice > 0 && -normal.z() > flat * twice && std::max({p[0].z(), p[k].z(), p[k + 1].z()}) > onBed))
+          continue;
+        report.overhangMm2 += twice / 2;
+        patches.add(corners[0], corners[k], corners[k + 1], twice / 2);
       }
     });
   });
+  report.overhangs = patches.largest() > std::max(kCarriedMm2, kCarriedVoxels * grid.voxelMm * grid.voxelMm);
   part.step(0.4);
 
   clay::Version layers = version;

@@ -48,6 +48,7 @@ struct PrintReport {
   bool fits = false;                                    ///< On the bed, turned by a quarter or not.
   clay::ThinParts walls, gaps;                          ///< Beyond the limits of the process.
   double overhangMm2 = 0;  ///< Area that looks down and is flatter than the limit, without what stands on the bed.
+  bool overhangs = false;  ///< A patch of that area needs support: more than 0.25 mm² and 4 voxels².
   clay::SliceReport slices;
   std::vector<clay::Neck> necks;  ///< Of hollows whose ways out are narrower than the limit, the narrowest first.
   /// How many kinds of trouble there are.

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "clay/base/error.h"
+#include "clay/base/rounded_up.h"
 #include "clay/cage/cage_maker.h"
 #include "clay/mesh/mesh_topology.h"
 #include "clay/whole/change_precision.h"
@@ -141,7 +142,8 @@ void convertMesh(const ConvertOptions& options) {
       io::endingOf(options.output) == ".stl" && std::all_of(model.objects.begin(), model.objects.end(), closes);
   write.draco = how.draco;
   const io::WriteReport report = io::writeModel(options.output, {model.objects, model.metadata}, write, options.job);
-  if (report.deviation > 0) fmt::print("Packing moved the surface by at most {:.2g} mm.\n", report.deviation);
+  if (report.deviation > 0)
+    fmt::print("Packing moved the surface by at most {:.2g} mm.\n", clay::roundedUp(report.deviation));
   if (!report.warning.empty()) fmt::print(stderr, "{}\n", report.warning);
   fmt::print("{}: {} triangles, {} vertices, {} bytes, {}\n", options.output.string(), report.triangles,
              report.vertices, report.bytes, report.format);

@@ -1,5 +1,6 @@
 // argil inspect: what a file holds, and what it costs as clay.
 
+#include <algorithm>
 #include <cstdio>
 
 #include <fmt/format.h>
@@ -25,8 +26,9 @@ namespace {
 
 constexpr clay::Grade kGrade = clay::Grade::fine;  // as files have it
 constexpr double kWorthSaying = 1e-3;              // of the surface
-constexpr double kUneven = 0.1;                    // voxels that a wall which stands upright may be uneven by,
-constexpr double kUnevenMesh = 1e-5;               // and of a mesh's size, as it has no voxels
+constexpr double kUneven = 0.1;                    // voxels that a wall which stands upright may be uneven by
+// The same for a mesh, which has no voxels: a part of its size, and what rounding to 0.001 mm in a file does at least.
+constexpr double kUnevenMesh = 1e-4, kUnevenMeshMm = 0.003;
 
 // What a version pays for beside its distances.
 std::string channelsOf(const clay::Version& version) {
@@ -190,7 +192,8 @@ void inspect(const InspectOptions& options) {
                  100 * walls.shareThinner(*options.voxelMm), *options.voxelMm);
   }
   if (pull) {
-    const engine::PullReport pulled = pullOf(options, file.mesh, kUnevenMesh * (mesh.high - mesh.low).maxCoeff());
+    const engine::PullReport pulled =
+        pullOf(options, file.mesh, std::max(kUnevenMeshMm, kUnevenMesh * (mesh.high - mesh.low).maxCoeff()));
     json["mould"] = pullJson(pulled);
     if (!options.json) sayPull(options, pulled);
   }

@@ -62,8 +62,9 @@ void sayPrint(const engine::PrintProcess& process, const engine::PrintReport& re
   sayWalls("walls", "thinner", report.walls, process.wallMm);
   sayWalls("gaps", "narrower", report.gaps, process.gapMm);
   if (process.needsSupport) {
-    fmt::print("  overhangs   {:.4g} mm² look down and are flatter than {:g}°\n", report.overhangMm2,
-               process.overhangDegrees);
+    fmt::print("  overhangs   {:.4g} mm² look down and are flatter than {:g}°{}\n", report.overhangMm2,
+               process.overhangDegrees,
+               report.overhangMm2 > 0 && !report.overhangs ? ", in spots that need no support" : "");
     fmt::print("  islands     {}\n",
                report.slices.islands.empty() ? "none" : std::to_string(report.slices.islands.size()));
     for (size_t i = 0; i < std::min(kMostPlaces, report.slices.islands.size()); ++i) {
@@ -108,6 +109,7 @@ nlohmann::ordered_json printJson(const engine::PrintProcess& process, const engi
                               {"walls", wallsJson(report.walls, process.wallMm)},
                               {"gaps", wallsJson(report.gaps, process.gapMm)},
                               {"overhang_mm2", report.overhangMm2},
+                              {"overhang_needs_support", report.overhangs},
                               {"fits", report.fits},
                               {"islands", nlohmann::ordered_json::array()},
                               {"traps", nlohmann::ordered_json::array()},

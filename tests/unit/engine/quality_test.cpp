@@ -354,6 +354,21 @@ TEST(Costs, AMachineGetsWhatItCanDo) {
   EXPECT_EQ(machineQuality(fast, {}).strokes, findQualityPreset("balanced")->quality.strokes);
 }
 
+// A busy machine spoils what it measures: the parabola through three such times may be below zero between them.
+TEST(Costs, ADabNeverTakesLessThanNoTime) {
+  for (const std::array<double, 3> us :
+       {std::array{5.0, -40.0, 8.0}, {60.0, -20.0, 1.0}, {90.0, -12.0, 0.2}, {-30.0, 5.0, 1.0}, {40.0, 1.0, -0.02}}) {
+    MachineSpeed spoilt;
+    spoilt.dabUs = us;
+    EXPECT_FALSE(spoilt.plausible()) << us[0];
+    for (double radius = 0.5; radius < 200; radius *= 1.07)
+      EXPECT_GT(spoilt.dabMs(radius, 3, 1), 0) << us[0] << " at " << radius;
+  }
+  MachineSpeed dips;  // and stays well above zero
+  dips.dabUs = {120, -3, 0.8};
+  EXPECT_TRUE(dips.plausible());
+}
+
 // The file of another machine, of another day, or of nobody.
 TEST(Costs, AMachineIsMeasuredOnce) {
   const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / "argil_machine";

@@ -153,7 +153,7 @@ void list(Context& context, const PrintProcess& process, const PrintReport& repo
   thin(context, "Narrow gaps", report.gaps);
   if (process.needsSupport) {
     kit::fact("Overhangs", report.overhangMm2 > 0 ? kit::written(report.overhangMm2) + " mm²" : "none",
-              report.overhangMm2 > 0 ? c.warning : 0);
+              report.overhangs ? c.warning : 0);
     const auto& islands = report.slices.islands;
     kit::fact("Islands", islands.empty() ? "none" : std::to_string(islands.size()), islands.empty() ? 0 : c.warning);
     for (size_t i = 0; i < std::min(kMostPlaces, islands.size()); ++i)
