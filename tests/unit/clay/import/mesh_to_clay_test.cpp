@@ -8,6 +8,7 @@
 #include "clay/base/memory_guard.h"
 #include "clay/mesh/winding_number.h"
 #include "clay/store/store.h"
+#include "clay/surface/surface.h"
 #include "tests/unit/clay/clay_checks.h"
 #include "tests/unit/clay/test_meshes.h"
 
@@ -455,6 +456,82 @@ TEST(MeshToClay, KeepsSmallBodiesThatTheMeshHas) {
   const Imported made = meshToClay(Store::make(), mesh, unitVoxels());
   EXPECT_EQ(made.report.losses.specks, 0u);
   EXPECT_EQ(made.report.losses.bodies, 2u);
+}
+
+// A prism of n sides around z, open at its top, turned and moved.
+TriangleMesh cup(int sides, double radius, double height, const Eigen::Matrix3d& turn, const Vec3d& by) {
+  std::vector<Eigen::Vector2d> outline;
+  std::vector<std::array<uint32_t, 3>> fan;
+  for (int i = 0; i < sides; ++i) {
+    const double angle = 2 * std::numbers::pi * (i + 0.5) / sides;
+    outline.emplace_back(radius * std::cos(angle), radius * std::sin(angle));
+    if (i > 1) fan.push_back({0, uint32_t(i) - 1, uint32_t(i)});
+  }
+  TriangleMesh mesh = extruded(outline, fan, 0, height);
+  std::erase_if(mesh.triangles, [&](const std::array<uint32_t, 3>& t) {
+    return std::all_of(t.begin(), t.end(), [&](uint32_t v) { return v >= uint32_t(sides); });
+  });
+  for (Vec3d& p : mesh.positions) p = turn * p + by;
+  return mesh;
+}
+
+// A hole with a flat rim is closed by the plane of the rim: from there half of the view is the rest of the mesh.
+TEST(MeshToClay, TellsTheAreaOfTheSurfaceThatClosesAHole) {
+  const auto about = [](double degrees, const Vec3d& axis) {
+    return Eigen::AngleAxisd(degrees * std::numbers::pi / 180, axis.normalized()).toRotationMatrix();
+  };
+  const std::array<Eigen::Matrix3d, 4> turns{Eigen::Matrix3d::Identity(), about(45, Vec3d::UnitZ()),
+                                             about(35, {1, 1, 0.2}), about(70, {0.3, -1, 0.4})};
+  for (const int sides : {3, 4, 6, 24})
+    for (const double radius : {12.0, 20.0, 41.3})
+      for (const Eigen::Matrix3d& turn : turns)
+        for (const Vec3d& by : {Vec3d(0, 0, 0), Vec3d(0.5, 0.5, 0.5), Vec3d(0.23, 0.41, 0.37)}) {
+          const Imported imported = import(cup(sides, radius, 0.9 * radius, turn, by));
+          const double hole = sides * radius * radius * std::sin(2 * std::numbers::pi / sides) / 2;
+          EXPECT_NEAR(imported.report.closedMm2 / hole, 1, 0.03)
+              << sides << " sides, radius " << radius << " at " << by.transpose();
+        }
+  // The lid of a box whose walls lie on voxels, between them, and anywhere.
+  for (const double at : {0.0, 0.25, 0.5, 0.77}) {
+    TriangleMesh open = box(Vec3d::Constant(10 + at), Vec3d::Constant(50 + at));
+    open.triangles.erase(open.triangles.begin() + 2, open.triangles.begin() + 4);
+    EXPECT_NEAR(import(open).report.closedMm2, 1600, 0.02 * 1600) << at;
+  }
+}
+
+// The volume that is told is that within the surface, which follows flat faces exactly: sums over voxels have up to 5 %
+// more for a cube of 8 voxels.
+TEST(MeshToClay, TellsTheVolumeWithinItsSurface) {
+  const auto about = [](double degrees, const Vec3d& axis) {
+    return Eigen::AngleAxisd(degrees * std::numbers::pi / 180, axis.normalized()).toRotationMatrix();
+  };
+  for (const double edge : {6.3, 8.0, 11.7, 20.0})
+    for (const double at : {0.0, 0.21, 0.5}) {
+      const Imported made = import(box(Vec3d::Constant(at), Vec3d::Constant(at + edge)));
+      EXPECT_NEAR(made.report.losses.clayMm3 / (edge * edge * edge), 1, 0.005) << edge << " at " << at;
+      for (const std::string& sentence : made.report.sentences())
+        EXPECT_THAT(sentence, ::testing::Not(HasSubstr("volume"))) << edge << " at " << at;
+    }
+  // What is told is the difference between the mesh and the surface that files get, whatever it is.
+  for (const double thick : {1.05, 1.25, 1.6, 2.3, 3.1})
+    for (const Eigen::Matrix3d& turn : {about(0, Vec3d::UnitX()), about(8, {1, 0.2, 0}), about(29, {0.4, 1, 0.3})}) {
+      TriangleMesh plate = box({0, 0, 0}, {40, 30, thick});
+      for (Vec3d& p : plate.positions) p = turn * p + Vec3d(0.3, 0.1, 0.2);
+      const Imported made = import(plate);
+      Surface surface(false, Grade::fine);
+      surface.update(made.version);
+      const double less = 100 * (1 - meshVolume(surface.toMesh()) / (40 * 30 * thick));
+      double told = 0;
+      for (const std::string& sentence : made.report.sentences()) {
+        double share = 0;
+        char way[5] = "";
+        if (std::sscanf(sentence.c_str(), "The clay has %lf %% %4s", &share, way) == 2)
+          told = std::string(way) == "less" ? share : -share;
+        if (const size_t from = sentence.find("mm: "); sentence.starts_with("Walls about") && from != std::string::npos)
+          told = std::strtod(sentence.c_str() + from + 4, nullptr);
+      }
+      EXPECT_NEAR(told, std::abs(less) > 0.5 ? less : 0, 0.06) << thick;
+    }
 }
 
 // A tray: walls of a third of a voxel are lost, and it is said how much, where, and what would keep them.

@@ -495,6 +495,70 @@ TEST(PullFaces, AWallThatStandsUprightComesOffEitherWay) {
   EXPECT_LT(faces.undercutMm2, 1e-3 * (faces.upperMm2 + faces.lowerMm2));
 }
 
+// An upright prism or a frustum of `sides` sides, closed, in triangles as large as its faces, or in rings of them.
+TriangleMesh prism(int sides, double low, double high, double height, int rings = 1) {
+  TriangleMesh mesh;
+  const auto n = static_cast<uint32_t>(sides);
+  for (int ring = 0; ring <= rings; ++ring)
+    for (uint32_t i = 0; i < n; ++i) {
+      const double angle = 2 * std::numbers::pi * i / n, share = double(ring) / rings,
+                   radius = low + share * (high - low);
+      mesh.positions.emplace_back(radius * std::cos(angle), radius * std::sin(angle), share * height);
+    }
+  const auto top = static_cast<uint32_t>(rings) * n;
+  for (uint32_t ring = 0; ring < top; ring += n)
+    for (uint32_t i = 0; i < n; ++i) {
+      const uint32_t j = (i + 1) % n;
+      mesh.triangles.push_back({ring + i, ring + j, ring + n + i});
+      mesh.triangles.push_back({ring + j, ring + n + j, ring + n + i});
+    }
+  for (uint32_t i = 2; i < n; ++i) {
+    mesh.triangles.push_back({0, i, i - 1});
+    mesh.triangles.push_back({top, top + i - 1, top + i});
+  }
+  return mesh;
+}
+
+TEST(PullFaces, CapsAndChamfersAreNoPartOfAWallsDraft) {
+  for (const int sides : {3, 4, 8, 9, 32, 100})
+    for (const int rings : {1, 5}) {
+      SCOPED_TRACE(sides);
+      const double side = 2 * 15 * std::sin(std::numbers::pi / sides);
+      const PullFaces upright = pullFaces(prism(sides, 15, 15, 25, rings), Vec3d::UnitZ(), 0.003, 2, 2);
+      EXPECT_NEAR(upright.steepMm2, sides * side * 25, 1e-6 * upright.upperMm2);
+      // 3° where 2° are asked for is enough, 1° is not, and a kink from one to the other is none of either.
+      const double inwards3 = 25 * std::tan(3 * std::numbers::pi / 180) / std::cos(std::numbers::pi / sides);
+      const double inwards1 = 25 * std::tan(1 * std::numbers::pi / 180) / std::cos(std::numbers::pi / sides);
+      EXPECT_EQ(pullFaces(prism(sides, 15, 15 - inwards3, 25, rings), Vec3d::UnitZ(), 0.003, 2, 2).steepMm2, 0);
+      const TriangleMesh steep = prism(sides, 15, 15 - inwards1, 25, rings);
+      const double walls =
+          (15 + 15 - inwards1) * std::sin(std::numbers::pi / sides) * sides * 25 / std::cos(std::numbers::pi / 180);
+      EXPECT_NEAR(pullFaces(steep, Vec3d::UnitZ(), 0.003, 2, 2).steepMm2 / walls, 1, 1e-3);
+      // A cone of 3° on an upright prism: the prism's walls alone.
+      TriangleMesh kinked = prism(sides, 15, 15, 50, 2);
+      for (uint32_t i = 0; i < uint32_t(sides); ++i)
+        kinked.positions[2 * uint32_t(sides) + i].head<2>() *= (15 - inwards3) / 15;
+      EXPECT_NEAR(pullFaces(kinked, Vec3d::UnitZ(), 0.003, 2, 2).steepMm2 / (sides * side * 25), 1, 1e-6);
+    }
+}
+
+TEST(PullFaces, CornersThatLieOffByLessThanTheSlackAreNoUndercut) {
+  std::mt19937 random(7);
+  for (const double noise : {0.0005, 0.001, 0.002})
+    for (const int rings : {1, 3, 20}) {
+      TriangleMesh mesh = prism(48, 10, 10, 30, rings);
+      for (Vec3d& p : mesh.positions)
+        for (int k = 0; k < 3; ++k) p[k] += std::uniform_real_distribution<double>(-noise, noise)(random);
+      const PullFaces faces = pullFaces(mesh, Vec3d::UnitZ(), 3.5 * noise, 1, 2);
+      EXPECT_EQ(faces.undercutMm2, 0) << noise << ", " << rings << " rings";
+      EXPECT_NEAR(faces.steepMm2 / (2 * std::numbers::pi * 10 * 30), 1, 0.01);
+    }
+  // A groove of 0.05 mm around is one.
+  TriangleMesh groove = prism(48, 10, 10, 30, 3);
+  for (uint32_t i = 48; i < 96; ++i) groove.positions[i].head<2>() *= 9.95 / 10;
+  EXPECT_GT(pullFaces(groove, Vec3d::UnitZ(), 0.003, 1, 2).undercutMm2, 100);
+}
+
 // BestPull
 
 TEST(BestPull, IsTheAxisOfARingHoweverItLies) {

@@ -76,6 +76,22 @@ TEST_F(ModelFiles, SeveralObjectsBecomePiecesWithNamesAndColours) {
 }
 
 // Each would be a row of the list: beyond 32 they come as one.
+TEST_F(ModelFiles, NotesOfSeveralObjectsNameThem) {
+  std::vector<io::ModelObject> objects{cube("left", {0, 0, 0}, 10, {}), cube("", {20, 0, 0}, 10, {}),
+                                       cube("lidless", {40, 0, 0}, 10, {})};
+  objects[2].mesh.triangles.erase(objects[2].mesh.triangles.begin() + 2, objects[2].mesh.triangles.begin() + 4);
+  io::writeModel(folder / "three.3mf", {objects, {}});
+  const ImportedModel clay = importModel(folder / "three.3mf", {.voxelMm = 0.5});
+  ASSERT_EQ(clay.pieces.size(), 3u);
+  for (const char* begin : {"left: The mesh has 12 triangles in 1 body: one closed body", "Object 2: The mesh has 12",
+                            "lidless: The mesh has 10 triangles in 1 body.", "lidless: The mesh is open along 4 edges"})
+    EXPECT_THAT(clay.notes, testing::Contains(testing::StartsWith(begin)));
+  // Of one object alone the name says nothing that the file does not.
+  io::writeModel(folder / "one.3mf", {{&objects[0], 1}, {}});
+  EXPECT_THAT(importModel(folder / "one.3mf", {.voxelMm = 0.5}).notes,
+              testing::Contains(testing::StartsWith("The mesh has 12")));
+}
+
 TEST_F(ModelFiles, AsManyObjectsAsAListHoldsStayApart) {
   for (const int count : {32, 33}) {
     std::vector<io::ModelObject> objects;

@@ -62,6 +62,21 @@ TEST(PrintCheck, ThinWallsAndNarrowGapsAreMeasuredAndShown) {
   EXPECT_EQ(narrow.troubles(printProcess("sla")), 1);
 }
 
+// A spot of less than a filament's width carries itself; the same area again in one patch does not.
+TEST(PrintCheck, SpotsThatHangNeedNoSupport) {
+  Version spots = block({0, 0, 10}, {20, 16, 20}, 0.1);
+  const PrintProcess& fdm = printProcess("fdm");
+  for (const double x : {-6.0, 0.0, 6.0}) spots = joined(spots, block({x, 8, 12}, {0.5, 0.5, 0.5}, 0.1));
+  const PrintReport small = checked(spots, "fdm");
+  EXPECT_GT(small.overhangMm2, 0.05);
+  EXPECT_LT(small.overhangMm2, 3 * 0.5 * 0.25 + 0.1);
+  EXPECT_FALSE(small.overhangs);
+  EXPECT_EQ(small.troubles(fdm), 0);
+  const PrintReport large = checked(joined(spots, block({0, 8, 16}, {4, 3, 1}, 0.1)), "fdm");
+  EXPECT_TRUE(large.overhangs);
+  EXPECT_EQ(large.troubles(fdm), 1);
+}
+
 TEST(PrintCheck, HangsAndTrapsFollowHowItStands) {
   // A table: a plate of 20 × 20 mm on a foot of 6 × 6.
   const Version table = joined(block({0, 0, 6.5}, {6, 6, 13}), block({0, 0, 14}, {20, 20, 4}));
