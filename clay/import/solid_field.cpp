@@ -17,6 +17,7 @@
 #include <unordered_set>
 
 #include "clay/import/voxel_winding.h"
+#include "clay/mesh/nearest_triangle.h"
 #include "clay/store/openvdb_grids.h"
 
 namespace argil::clay {
@@ -347,10 +348,11 @@ class Builder {
   /// Area in voxels² of the closing surface for which the edge from `a` along `axis` stands, where it cuts the edge at
   /// `t`. All edges of one axis cut a surface once for each voxel² of its shadow along that axis, so the cosine between
   /// axis and normal, summed over the edges of all three axes, is the area. Beside the rim of a hole an edge stands for
-  /// what reaches from halfway to its neighbour up to the nearest triangle.
+  /// what reaches from halfway to the one before up to the nearest triangle.
   template <class Seen>
   [[nodiscard]] double areaAt(const VdbCoord& a, int axis, double t, openvdb::tree::ValueAccessor<FloatTree>& sign,
                               const Seen& seen) const {
+    constexpr double kOnRim = 1e-3;  // voxels
     const auto unit = [](int along) { return VdbCoord(along == 0, along == 1, along == 2); };
     const VdbCoord b = a + unit(axis);
     // The winding number is smooth but for steps of one across triangles.
@@ -369,17 +371,19 @@ class Builder {
     }
     Vec3d gradient = Vec3d::Zero();
     gradient[axis] = change(a, b);
+    if (gradient[axis] == 0) return 0;
     double share = 1;
     for (const int other : {(axis + 1) % 3, (axis + 2) % 3}) {
       const VdbCoord u = unit(other);
       gradient[other] = (change(a - u, a) + change(a, a + u) + change(b - u, b) + change(b, b + u)) / 4;
+      // One voxel on along the surface, and how many of them the rim is away.
+      const Vec3d step = Vec3d::Unit(other) - gradient[other] / gradient[axis] * Vec3d::Unit(axis);
       for (const int way : {-1, 1}) {
-        // The surface goes on over this side of the cell's face where it cuts another edge of the face.
-        const VdbCoord next = way > 0 ? a + u : a - u, low = way > 0 ? a : a - u;
-        if (seen(next, axis) || seen(low, other) || seen(low + unit(axis), other)) continue;
-        const double along = way * rim[other], squared = rim.squaredNorm();
-        if (along > 0 && std::isfinite(squared)) share += std::min(1.0, squared / along) - 0.5;
-        if (squared == 0) share -= 0.5;
+        const double along = way * step.dot(rim), squared = rim.squaredNorm();
+        const double away = squared == 0 ? 0 : along > 0 && std::isfinite(squared) ? squared / along : HUGE_VAL;
+        if (away > 1 + kOnRim) continue;
+        if (away > 1 - kOnRim && seen(way > 0 ? a + u : a - u, axis)) continue;  // The next one lies on the rim.
+        share += std::min(1.0, away) - 0.5;
       }
     }
     const double length = gradient.norm();

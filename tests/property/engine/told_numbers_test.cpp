@@ -318,7 +318,9 @@ TEST(ToldNumbers, OfImportsAreTheTrueOnes) {
       if (made.imported.report.sound() && model.bodies == 1) {
         const double less = 100 * (1 - made.surface.volume / right);
         if (std::abs(less) > 0.5 + 0.05) table.near("change of volume", lessTold, less, 0, 0.06);
-        if (std::abs(less) < 0.5 - 0.05) EXPECT_EQ(lessTold, 0) << less;
+        if (std::abs(less) < 0.5 - 0.05) {
+          EXPECT_EQ(lessTold, 0) << less;
+        }
       } else {
         EXPECT_EQ(lessTold, 0) << "bodies may overlap, and holes bound nothing";
       }
@@ -336,13 +338,17 @@ TEST(ToldNumbers, VoxelsThatAreSaidToKeepAllWallsKeepThem) {
     const double keeps = clay::wallThickness(model.mesh, clay::WorkPart(nullptr)).keepingVoxelMm();
     if (!(keeps > 0.12) || model.name == "wedge" || !clay::checkTopology(model.mesh).solid()) continue;
     SCOPED_TRACE(model.name + " at " + std::to_string(keeps));
-    if (model.thinMm > 0) EXPECT_LE(keeps, model.thinMm);
+    if (model.thinMm > 0) {
+      EXPECT_LE(keeps, model.thinMm);
+    }
     const Made made = importAt(model.mesh, keeps);
     ++tried;
     const clay::ImportReport& report = made.imported.report;
     EXPECT_EQ(report.losses.lostMm2, 0);
     EXPECT_EQ(report.losses.bodies + report.losses.cavities == model.bodies || model.bodies > 1, true);
-    if (model.bodies == 1) EXPECT_NEAR(made.surface.volume / std::abs(meshVolume(model.mesh)), 1, 0.02);
+    if (model.bodies == 1) {
+      EXPECT_NEAR(made.surface.volume / std::abs(meshVolume(model.mesh)), 1, 0.02);
+    }
   }
   EXPECT_GE(tried, 30);
 }
