@@ -4,11 +4,14 @@
 #include <cmath>
 #include <numeric>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "clay/base/even_points.h"
 #include "clay/field/loose_parts.h"
 #include "clay/field/region_work.h"
 #include "clay/mesh/nearest_triangle.h"
+#include "clay/mesh/wall_thickness.h"
 #include "clay/store/sampler.h"
 #include "clay/surface/surface.h"
 #include "clay/surface/surface_topology.h"
@@ -51,6 +54,25 @@ class BodiesOfMesh {
   std::vector<double> volume_;
 };
 
+// Some hundreds of any number of places, evenly out of their order.
+class EvenlyKept {
+ public:
+  void add(const SurfacePlace& place) {
+    if (count_++ % every_ != 0) return;
+    kept_.push_back(place);
+    if (kept_.size() < kMost) return;
+    for (size_t i = 1; 2 * i < kept_.size(); ++i) kept_[i] = kept_[2 * i];
+    kept_.resize(kept_.size() / 2);
+    every_ *= 2;
+  }
+  [[nodiscard]] std::span<const SurfacePlace> kept() const { return kept_; }
+
+ private:
+  static constexpr size_t kMost = 512;
+  std::vector<SurfacePlace> kept_;
+  uint64_t count_ = 0, every_ = 1;
+};
+
 }  // namespace
 
 MeshLosses takeSpecks(Version& version, const RepairedMesh& repaired, const WorkPart& part) {
@@ -80,6 +102,7 @@ MeshLosses takeSpecks(Version& version, const RepairedMesh& repaired, const Work
   if (repaired.findings.sound() && repaired.findings.bodies == 1) found.meshMm3 = bodies.sum() * edge * edge * edge;
 
   Sampler clay(version);
+  EvenlyKept places;
   double lost = 0, all = 0;
   Vec3d sum = Vec3d::Zero(), allSum = Vec3d::Zero();
   for (size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -93,6 +116,7 @@ MeshLosses takeSpecks(Version& version, const RepairedMesh& repaired, const Work
     for (int s = 0; s < samples; ++s) {
       const Vec3d p = evenPoint(a, b, c, s);
       if (!(clay.trilinear(p) > kNoClay)) continue;
+      places.add({p, (b - a).cross(c - a)});
       lost += area / samples;
       sum += p * (area / samples);
     }
@@ -107,11 +131,17 @@ MeshLosses takeSpecks(Version& version, const RepairedMesh& repaired, const Work
     if (found.clayMm3 < kGone * found.meshMm3 && gone > lost) {
       lost = gone;
       sum = allSum * (gone / all);
+      places = {};
+      for (const auto& [i, j, k] : mesh.triangles) {
+        const Vec3d &a = mesh.positions[i], &b = mesh.positions[j], &c = mesh.positions[k];
+        if (const Vec3d out = (b - a).cross(c - a); !out.isZero(0)) places.add({(a + b + c) / 3, out});
+      }
     }
   }
   part.step(1);
   if (lost > 0) {
     found.lostMm2 = lost * edge * edge;
+    found.lostThickMm = medianThickness(mesh, places.kept()) * edge;
     found.lostAtMm = version.grid().toWorld(sum / lost);
   }
   return found;

@@ -18,6 +18,7 @@ struct MeshLosses {
   double clayMm3 = 0;  ///< Volume within the clay's surface in Grade::fine; 0 where meshMm3 is.
   /// Area of the mesh with no clay near, or with clay of no thickness: both sides of walls thinner than a voxel.
   double lostMm2 = 0;
+  double lostThickMm = 0;          ///< Thickness of the mesh there, median; 0 where there is no opposite side.
   Vec3d lostAtMm = Vec3d::Zero();  ///< The middle of it.
 };
 

@@ -141,8 +141,8 @@ std::vector<std::string> ImportReport::sentences() const {
   }
   const std::string place =
       fmt::format("{:.4g}, {:.4g}, {:.4g} mm", losses.lostAtMm.x(), losses.lostAtMm.y(), losses.lostAtMm.z());
-  if (wallsLost && less > kWorthSaying) {
-    const double thick = 2 * (losses.meshMm3 - losses.clayMm3) / losses.lostMm2;
+  const double thick = losses.lostThickMm;
+  if (wallsLost && less > kWorthSaying && thick > 0) {
     out.push_back(
         fmt::format("Walls about {:.2g} mm thin are lost at a voxel of {:.3g} mm: {:.1f} % of the volume, {:.3g} mm² "
                     "on both sides, around {}. Voxels of {:.2g} mm would keep them.",
@@ -154,7 +154,7 @@ std::vector<std::string> ImportReport::sentences() const {
   } else if (double(droppedVoxels) > kWorthSaying * double(bandVoxels)) {
     out.push_back("Walls inside the material or too thin for the voxel size were left out.");
   }
-  if (!wallsLost && std::abs(less) > kWorthSaying)
+  if (!(wallsLost && less > kWorthSaying && thick > 0) && std::abs(less) > kWorthSaying)
     out.push_back(fmt::format("The clay has {:.1f} % {} volume than the mesh at this voxel size.", 100 * std::abs(less),
                               less > 0 ? "less" : "more"));
   if (losses.specks > 0) {

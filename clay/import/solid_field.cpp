@@ -9,6 +9,7 @@
 #include <tbb/enumerable_thread_specific.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <mutex>
 #include <optional>
@@ -352,7 +353,7 @@ class Builder {
   template <class Seen>
   [[nodiscard]] double areaAt(const VdbCoord& a, int axis, double t, openvdb::tree::ValueAccessor<FloatTree>& sign,
                               const Seen& seen) const {
-    constexpr double kOnRim = 1e-3;  // voxels
+    constexpr double kOnRim = 1e-3, kBesideRim = 1.5;  // voxels
     const auto unit = [](int along) { return VdbCoord(along == 0, along == 1, along == 2); };
     const VdbCoord b = a + unit(axis);
     // The winding number is smooth but for steps of one across triangles.
@@ -369,25 +370,45 @@ class Builder {
       const Vec3d to = nearestOnTriangle(p, mesh_.positions[i], mesh_.positions[j], mesh_.positions[k]) - p;
       if (to.squaredNorm() < rim.squaredNorm()) rim = to;
     }
-    Vec3d gradient = Vec3d::Zero();
-    gradient[axis] = change(a, b);
-    if (gradient[axis] == 0) return 0;
-    double share = 1;
-    for (const int other : {(axis + 1) % 3, (axis + 2) % 3}) {
-      const VdbCoord u = unit(other);
-      gradient[other] = (change(a - u, a) + change(a, a + u) + change(b - u, b) + change(b, b + u)) / 4;
-      // One voxel on along the surface, and how many of them the rim is away.
-      const Vec3d step = Vec3d::Unit(other) - gradient[other] / gradient[axis] * Vec3d::Unit(axis);
-      for (const int way : {-1, 1}) {
-        const double along = way * step.dot(rim), squared = rim.squaredNorm();
-        const double away = squared == 0 ? 0 : along > 0 && std::isfinite(squared) ? squared / along : HUGE_VAL;
-        if (away > 1 + kOnRim) continue;
-        if (away > 1 - kOnRim && seen(way > 0 ? a + u : a - u, axis)) continue;  // The next one lies on the rim.
-        share += std::min(1.0, away) - 0.5;
+    const auto gradientAt = [&](const VdbCoord& from) {
+      const VdbCoord to = from + unit(axis);
+      Vec3d gradient;
+      gradient[axis] = change(from, to);
+      for (const int other : {(axis + 1) % 3, (axis + 2) % 3}) {
+        const VdbCoord u = unit(other);
+        gradient[other] =
+            (change(from - u, from) + change(from, from + u) + change(to - u, to) + change(to, to + u)) / 4;
+      }
+      return gradient;
+    };
+    // Towards a rim the winding number changes fast and without bounds: two voxels before it is told how the surface
+    // lies.
+    Vec3d gradient = gradientAt(a);
+    const double squared = rim.squaredNorm();
+    if (squared > 0 && squared < kBesideRim * kBesideRim) {
+      const Vec3d before = p - 2 * rim / std::sqrt(squared);
+      for (const double along : {0.0, -1.0, 1.0}) {
+        VdbCoord near;
+        for (int k = 0; k < 3; ++k) near[k] = int(k == axis ? std::floor(before[k] + along) : std::round(before[k]));
+        if (!seen(near, axis)) continue;
+        gradient = gradientAt(near);
+        break;
       }
     }
-    const double length = gradient.norm();
-    return length > 0 ? std::max(0.0, share) * std::abs(gradient[axis]) / length : 0;
+    if (gradient[axis] == 0 || squared < kOnRim * kOnRim) return 0;
+    double share = 1, all = 0;
+    std::array<double, 2> along{};  // of the way to the rim, in voxels of the surface along the other axes
+    for (const size_t k : {0u, 1u}) {
+      const int other = (axis + 1 + int(k)) % 3;
+      along[k] = rim[other] - gradient[other] / gradient[axis] * rim[axis];
+      all += along[k] * along[k];
+    }
+    if (std::isfinite(squared))
+      for (const double each : along) {
+        const double away = squared / std::abs(each);  // voxels up to the rim
+        if (away < 1 + kOnRim) share += each * each / all * (std::min(1.0, away) - 0.5);
+      }
+    return std::max(0.0, share) * std::abs(gradient[axis]) / gradient.norm();
   }
 
   /// Takes away distances to triangles that do not bound the inside (inner walls of overlapping bodies, fins, walls

@@ -129,6 +129,22 @@ double WallThickness::keepingVoxelMm() const {
   return rounded;
 }
 
+double medianThickness(const TriangleMesh& mesh, std::span<const SurfacePlace> places) {
+  if (places.empty() || mesh.triangles.empty()) return 0;
+  Vec3d low = Vec3d::Constant(INFINITY), high = -low;
+  for (const auto& t : mesh.triangles)
+    for (const uint32_t v : t) low = low.cwiseMin(mesh.positions[v]), high = high.cwiseMax(mesh.positions[v]);
+  const Walls walls(mesh, (high - low).maxCoeff(), false);
+  std::vector<double> found;
+  for (const SurfacePlace& place : places)
+    if (const double thick = walls.at(place.at, place.outwards.normalized()); std::isfinite(thick))
+      found.push_back(thick);
+  if (found.empty()) return 0;
+  const auto middle = found.begin() + std::ptrdiff_t(found.size() / 2);
+  std::nth_element(found.begin(), middle, found.end());
+  return *middle;
+}
+
 WallThickness wallThickness(const TriangleMesh& mesh, const WorkPart& part, size_t points, int threads) {
   WallThickness result;
   part.step(0);

@@ -2,6 +2,7 @@
 // How thick the walls of a mesh are: what voxels of a size would lose, known before clay is made.
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "clay/base/work_part.h"
@@ -21,6 +22,14 @@ struct WallThickness {
   /// there is no wall. Knife edges count by their area: they are thin at any voxel size.
   [[nodiscard]] double keepingVoxelMm() const;
 };
+
+/// A place on a mesh and the way out of it.
+struct SurfacePlace {
+  Vec3d at, outwards;
+};
+/// Returns the median thickness of the mesh's walls at these places, measured as wallThickness() does; 0 where no place
+/// has an opposite side. Takes a search tree over the triangles.
+[[nodiscard]] double medianThickness(const TriangleMesh& mesh, std::span<const SurfacePlace> places);
 
 inline constexpr size_t kWallPoints = 20000;
 
