@@ -11,7 +11,7 @@ struct SolidField {
   uint64_t bandVoxels = 0;
   uint64_t insideVoxels = 0;  ///< Those of them that are inside.
   uint64_t closingEdges = 0;  ///< Voxel edges that cross the surface that closes holes.
-  double closedArea = 0;      ///< Area of that surface, voxels²: within 5 % for holes of 20 voxels, 2 % from 35 on.
+  double closedArea = 0;      ///< Area of that surface, voxels²: within 5 % for holes of 20 voxels and more.
   /// Voxels of the band whose nearest triangle does not bound the solid, beside closed holes apart.
   uint64_t droppedVoxels = 0;
 };
