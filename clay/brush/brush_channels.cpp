@@ -8,6 +8,8 @@
 #include <utility>
 
 #include "clay/brush/brush_method.h"
+#include "clay/kernels/paint_kernels.h"
+#include "clay/store/brick_margins.h"
 #include "clay/store/channel_blur.h"
 
 namespace argil::clay {
@@ -90,27 +92,75 @@ std::vector<Coord> surfaceBricks(const Editor& editor, std::span<const Stamp> im
   return all;
 }
 
-void applyToChannels(Editor& editor, const Brush& brush, const Operation& operation, std::span<const Stamp> images) {
+namespace {
+
+// What the stamps of an application weigh at the voxels of a brick, and how far each voxel's part of the surface lies
+// within them.
+struct StampWeights {
+  float weight[kBrickVoxels] = {}, cover[kBrickVoxels] = {};
+};
+
+// Taken at the feet of the voxels on the surface, so that a stroke's border does not follow the voxels.
+void weighOnSurface(Sampler& field, const Brush& brush, Falloff shape, std::span<const Stamp> images, Coord coord,
+                    StampWeights& out) {
+  float padded[kPaddedSize] = {}, foot[3 * kBrickVoxels];
+  gatherPadded(field, coord, padded);
+  surfaceFeet(padded, field.band(), foot);
+  for (const Stamp& each : images)
+    paintWeights(sweptBall(each, coord), static_cast<int>(shape), each.strength, foot, out.weight, out.cover);
+  moreByStamp(static_cast<float>(brush.perStamp), out.weight);
+}
+
+// Blends towards what is around it: where each voxel is.
+void weighAtVoxels(const Brush& brush, Falloff shape, std::span<const Stamp> images, Coord coord, StampWeights& out) {
+  imageWeights(images, shape, coord, static_cast<float>(brush.perStamp), out.weight);
+  std::fill(std::begin(out.cover), std::end(out.cover), 1.0f);
+}
+
+// The share by which a voxel goes on towards what is laid, of which `laid` is there: stamps add up, and no more of them
+// than what they cover. Below kLeastShare nothing changes.
+float shareOf(float weight, float cover, float& laid) {
+  const float goal = std::min(laid + (1 - laid) * weight, cover), share = (goal - laid) / (1 - laid);
+  if (!(share >= kLeastShare)) return 0;
+  laid = goal;
+  return share;
+}
+
+}  // namespace
+
+void applyToChannels(Editor& editor, const Brush& brush, const Operation& operation, std::span<const Stamp> images,
+                     LaidShares& laid) {
   const bool masks = editor.has(Channel::mask) && operation.property != Property::mask,
-             blurs = operation.method == Method::blur;
+             blurs = operation.method == Method::blur, addsUp = !blurs && operation.property != Property::material;
   const float amount = std::abs(operation.amount);
+  const double rim = blurs ? 0 : static_cast<double>(kPaintRim) / 2;
   ChannelReader<Editor> clay(editor);
+  Sampler field(editor);
   ChannelBlur blur;
   std::deque<std::pair<Coord, ChannelBlock>> changed;
-  for (const Coord coord : surfaceBricks(editor, images, [](const Stamp& s) { return s.largestRadius(); })) {
+  for (const Coord coord : surfaceBricks(editor, images, [&](const Stamp& s) { return s.largestRadius() + rim; })) {
     const ChannelPlace& place = clay.at(coord);
     if (masks && place.channel[indexOf(Channel::mask)] == ChannelSlot(true)) continue;
-    float weight[kBrickVoxels];
-    imageWeights(images, operation.shape, coord, static_cast<float>(brush.perStamp), weight);
-    if (std::all_of(std::begin(weight), std::end(weight), [&](float w) { return w * amount < kLeastShare; })) continue;
+    StampWeights stamps;
+    if (blurs)
+      weighAtVoxels(brush, operation.shape, images, coord, stamps);
+    else
+      weighOnSurface(field, brush, operation.shape, images, coord, stamps);
+    const auto least = [&](float w) { return w * amount < kLeastShare; };
+    if (std::all_of(std::begin(stamps.weight), std::end(stamps.weight), least)) continue;
     if (blurs && !blur.gather(clay, coord, operation.property == Property::colour)) continue;
     ChannelBlock& block = changed.emplace_back(coord, place).second;
+    float* before = addsUp ? laid.of(operation.property, coord) : nullptr;
     uint64_t inBand[kBrickEdge];
     place.inBand(clay.band(), inBand);
     for (int i = 0; i < kBrickVoxels; ++i) {
       if (!((inBand[i >> 6] >> (i & 63)) & 1)) continue;
-      float share = weight[i] * amount;
+      float share = stamps.weight[i] * amount;
       if (masks) share *= static_cast<float>(255 - block[Channel::mask][i]) / 255.0f;
+      if (before)
+        share = shareOf(share, stamps.cover[i], before[i]);
+      else
+        share = std::min(share, stamps.cover[i]);
       if (!(share >= kLeastShare)) continue;
       ChannelBytes bytes = block.bytes(i);
       if (blurs)

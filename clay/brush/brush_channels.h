@@ -1,6 +1,7 @@
 #pragma once
 // What a stroke does to colour, material and mask. This module's own.
 
+#include <array>
 #include <functional>
 #include <span>
 #include <unordered_map>
@@ -28,9 +29,25 @@ using CarriedFrom = std::unordered_map<Coord, std::array<uint16_t, kBrickVoxels>
 void carryChannels(Editor& editor, const Version& was, const Brush& brush, const DistanceMethod* method,
                    std::span<const Stamp> images, CarriedFrom& stroke);
 
-/// An operation on colour, material or mask: set or blur, on the voxels of the band under the images, by their weight;
-/// a mask holds colours and materials. What the editor has counts as one state: images that overlap act once.
-void applyToChannels(Editor& editor, const Brush& brush, const Operation& operation, std::span<const Stamp> images);
+/// Shares of each voxel that the stamps of a stroke have laid so far, 0 to 1, of colours and of masks: the rim of a
+/// stamp covers a voxel in part, and twenty stamps over the same rim must not cover all of it.
+class LaidShares {
+ public:
+  /// Those of a brick's 512 voxels, to be read and changed.
+  [[nodiscard]] float* of(Property property, Coord brick) {
+    return shares_[property == Property::mask].try_emplace(brick).first->second.data();
+  }
+
+ private:
+  std::array<std::unordered_map<Coord, std::array<float, kBrickVoxels>, CoordHash>, 2> shares_;
+};
+
+/// Applies an operation on colour, material or mask to the voxels of the band under the images, by their weight: set or
+/// blur. A mask holds colours and materials. What the editor has counts as one state: images that overlap act once.
+/// What is set ends at the stamp's border on the surface, over kPaintRim voxels. `laid`: of the stroke, empty when it
+/// begins.
+void applyToChannels(Editor& editor, const Brush& brush, const Operation& operation, std::span<const Stamp> images,
+                     LaidShares& laid);
 
 /// Bricks that hold some surface and come within `reach` voxels of the images' segments. Sorted, each once.
 [[nodiscard]] std::vector<Coord> surfaceBricks(const Editor& editor, std::span<const Stamp> images,

@@ -72,6 +72,10 @@ void imageWeights(std::span<const Stamp> images, Falloff shape, Coord coord, flo
 void imageWeights(std::span<const Stamp> images, Falloff shape, Coord coord, float perStamp,
                   float (&weight)[kBrickVoxels], uint64_t rows) {
   imageWeights(images, shape, coord, weight, rows);
+  moreByStamp(perStamp, weight);
+}
+
+void moreByStamp(float perStamp, float (&weight)[kBrickVoxels]) {
   if (perStamp == 1) return;
   for (float& w : weight) w = perStamp * w / (1 + (perStamp - 1) * w);
 }

@@ -250,8 +250,10 @@ void forCubes(const Stamp& s, double margin, const Enter& enter) {
 /// radius) · strength. Centre-relative arithmetic, so that mirrored bricks have mirrored bits.
 void imageWeights(std::span<const Stamp> images, Falloff shape, Coord coord, float (&weight)[kBrickVoxels],
                   uint64_t rows = ~uint64_t{});
-/// The same where what is left goes towards something: `perStamp` stamps (Brush::perStamp) do at once what one of these
-/// weights does so often, w → n·w / (1 + (n − 1)·w), so that 0 and 1 stay.
+/// Makes of each weight towards something that of `perStamp` stamps (Brush::perStamp) at once: w → n·w / (1 + (n −
+/// 1)·w), so that 0 and 1 stay.
+void moreByStamp(float perStamp, float (&weight)[kBrickVoxels]);
+/// The same as imageWeights() above, with moreByStamp().
 void imageWeights(std::span<const Stamp> images, Falloff shape, Coord coord, float perStamp,
                   float (&weight)[kBrickVoxels], uint64_t rows = ~uint64_t{});
 

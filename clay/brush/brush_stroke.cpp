@@ -97,6 +97,7 @@ struct BrushStroke::State {
   size_t computed = 0;  // bricks at once, the last time
 
   CarriedFrom carriedFrom;
+  LaidShares laidShares;
   std::optional<MaskReach> maskReach;  // of clay that has a mask
   std::optional<WallLimit> wallLimit;
 
@@ -532,7 +533,7 @@ Steps BrushStroke::State::application(std::vector<Stamp> images) {
     for (Steps each = redistanceBricks(trail.take(SIZE_MAX)); each.next();) co_yield Steps::kPause;
   carry(was, tool ? nullptr : method.get(), images);
   for (const Operation& each : brush->operations)
-    if (each.property != Property::distance) applyToChannels(*editor, *brush, each, images);
+    if (each.property != Property::distance) applyToChannels(*editor, *brush, each, images, laidShares);
   seen = {};
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <optional>
@@ -17,9 +18,15 @@
 namespace argil::clay {
 namespace {
 
-// Voxels that phi moves at most in one application: less than the band, so that what is known goes along with the
-// surface.
+// Voxels that phi moves at most in one part of an application: less than the band, so that what is known goes along
+// with the surface.
 constexpr float kMost = 1.5f;
+// What an application moves clay by at most, of its radius, so that a stroke does the same whatever the voxels are;
+// never less than so many voxels, and in no more parts than these.
+constexpr double kMostOfRadius = 0.1, kLeastLimit = 0.5;
+constexpr int kMostParts = 8;
+// Clay that moves by this share of what a part may counts as kept back by that.
+constexpr float kFar = 0.999f;
 // Voxels around a brick that what comes from so far is read from, by a cubic.
 constexpr int kMargin = 3;
 // Of the plane of the application before, what stays: a blade keeps its angle over bumps.
@@ -39,6 +46,14 @@ class Levelling : public DistanceMethod {
   double reach(const Stamp& stamp) const override { return stamp.largestRadius(); }
   Renew leaves() const override { return Renew::all; }
   double travel(double) const override { return -1; }
+  int parts(std::span<const Stamp> images) const override {
+    return std::min(static_cast<int>(std::ceil(limitOf(images) / static_cast<double>(kMost))), kMostParts);
+  }
+  // All of the way each time: a part moves what the parts before it left too far from the plane.
+  std::vector<Stamp> part(std::span<const Stamp> images, int part, int) const override {
+    part_ = part;
+    return {images.begin(), images.end()};
+  }
   Steps begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) override;
   bool brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const override;
 
@@ -46,6 +61,11 @@ class Levelling : public DistanceMethod {
   struct Fitted {
     Vec3d point, normal;
   };
+  static double limitOf(std::span<const Stamp> images) {
+    double radius = 0;
+    for (const Stamp& each : images) radius = std::max(radius, each.largestRadius());
+    return std::max(kMostOfRadius * radius, kLeastLimit);
+  }
   static void sample(Sampler& before, const Stamp& stamp, Coord coord, std::vector<SurfacePart>& samples);
   void sampleAll(const Sampler& before, const Stamp& stamp, std::span<const Coord> bricks,
                  std::vector<SurfacePart>& samples) const;
@@ -56,6 +76,9 @@ class Levelling : public DistanceMethod {
   int rounds_, threads_;
   float perStamp_;
   std::vector<std::optional<Fitted>> planes_;  // one for each image
+  mutable int part_ = 0;                       // of the application in work, where it has several
+  bool atGoal_ = false;                        // no part of it has anything left to move
+  mutable std::atomic<bool> wentFar_ = false;  // some clay went as far as a part may
 };
 
 Vec3d middleOf(const Stamp& stamp) {
@@ -134,6 +157,13 @@ std::optional<Levelling::Fitted> Levelling::fit(const Stamp& stamp, std::span<co
 }
 
 Steps Levelling::begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) {
+  const bool wentFar = wentFar_.exchange(false);
+  // The plane is that of the first part.
+  if (parts(images) > 1 && part_ > 0) {
+    atGoal_ = atGoal_ || !wentFar || planes_.size() != images.size();
+    co_return;
+  }
+  atGoal_ = false;
   planes_.resize(images.size());
   for (size_t i = 0; i < images.size(); ++i) {
     const std::optional<Fitted> was = planes_[i];
@@ -174,7 +204,7 @@ bool mayMove(const LevelPlane& plane, const BrickValues& now, float band, const 
 // Clay moves along the plane's normal, so what comes to a voxel is read where it came from: a wall across the plane
 // stays as it is, and no lip grows from an edge.
 bool Levelling::brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const {
-  if (before.slot(coord).isTile()) return false;
+  if (atGoal_ || before.slot(coord).isTile()) return false;
   // Below zero scraping fills and filling scrapes.
   const bool down =
       operation_.method == Method::flatten || (operation_.method == Method::scrape) == (operation_.amount >= 0);
@@ -193,7 +223,10 @@ bool Levelling::brick(Sampler& before, std::span<const Stamp> images, Coord coor
   const uint64_t rows = rowsWithin(now, band_);
   if (rows == 0) return false;
   float broad[kBroadSize], cut[kBrickVoxels], heap[kBrickVoxels];
-  bool gathered = false;
+  const int count = parts(images);
+  const auto most = static_cast<float>(std::min(limitOf(images) / count, static_cast<double>(kMost)));
+  const float done = count > 1 ? most * static_cast<float>(part_) : 0;
+  bool gathered = false, far = false;
   FieldSample samples[kBrickVoxels];
   float values[kBrickVoxels], heights[kBrickVoxels], rises[kBrickVoxels];
   int voxels[kBrickVoxels];
@@ -209,7 +242,8 @@ bool Levelling::brick(Sampler& before, std::span<const Stamp> images, Coord coor
         .down = down,
         .up = up,
         .share = std::abs(operation_.amount),
-        .most = kMost};
+        .most = most,
+        .done = done};
     float weight[kBrickVoxels];
     imageWeights(images.subspan(image, 1), operation_.shape, coord, perStamp_, weight, rows);
     if (!gathered && !mayMove(plane, now, band_, weight)) continue;
@@ -221,17 +255,18 @@ bool Levelling::brick(Sampler& before, std::span<const Stamp> images, Coord coor
     }
     uint64_t moving[kBrickEdge];
     levelRises(broad, band_, weight, plane, heights, rises, moving);
-    size_t count = 0;
+    size_t moved = 0;
     for (int x = 0; x < kBrickEdge; ++x)
       for (uint64_t left = moving[x]; left != 0; left &= left - 1) {
         const int i = x << 6 | std::countr_zero(left), y = (i >> 3) & 7, z = i & 7;
         const AxisPlace px = placeOf(x, -rises[i] * plane.nx), py = placeOf(y, -rises[i] * plane.ny),
                         pz = placeOf(z, -rises[i] * plane.nz);
-        samples[count] = {broad + broadOffset(px.base + 3, py.base + 3, pz.base + 3), px.t, py.t, pz.t};
-        voxels[count++] = i;
+        samples[moved] = {broad + broadOffset(px.base + 3, py.base + 3, pz.base + 3), px.t, py.t, pz.t};
+        voxels[moved++] = i;
+        far = far || std::abs(rises[i]) >= kFar * most * weight[i] * plane.share;
       }
-    sampleValues(std::span(samples, count), kX, kY, values);
-    for (size_t k = 0; k < count; ++k) {
+    sampleValues(std::span(samples, moved), kX, kY, values);
+    for (size_t k = 0; k < moved; ++k) {
       const int i = voxels[k];
       const float old = broad[broadOffset((i >> 6) + 4, ((i >> 3) & 7) + 4, (i & 7) + 4)];
       // Filling only adds, scraping only takes away, neither beyond the plane.
@@ -242,6 +277,7 @@ bool Levelling::brick(Sampler& before, std::span<const Stamp> images, Coord coor
     }
   }
   if (!gathered) return false;
+  if (far) wentFar_.store(true, std::memory_order_relaxed);
   using Row = Eigen::Array<float, kBrickEdge, 1>;
   using Values = Eigen::Map<const Row>;
   for (int row = 0; row < kBrickVoxels; row += kBrickEdge)

@@ -9,6 +9,7 @@
 
 #include "clay/base/parallel.h"
 #include "clay/brush/brush_method.h"
+#include "clay/brush/near_surface.h"
 #include "clay/field/wide_distance.h"
 #include "clay/import/height_image.h"
 
@@ -27,6 +28,12 @@ constexpr size_t kMostBricks = 2048, kMostStamps = 3;
 constexpr float kAhead = 4;
 // Bricks that are worth a second thread.
 constexpr size_t kParallelFrom = 128;
+// An image fills the cube around the tip, whose corners are √3 radii away.
+constexpr double kToCorner = 1.7321;
+// Width over which an image fades towards the cube's faces: at least so many voxels, as a step within one voxel could
+// fall to either side of it; and, so that finer voxels show the same wall, this share of the height, but no more than
+// that share of the radius.
+constexpr float kRimVoxels = 2, kRimOfHeight = 0.8f, kRimOfRadius = 0.1f;
 
 // Rounded so that a place minus it is exact.
 Vec3d quantised(const Vec3f& v) {
@@ -123,6 +130,7 @@ class Raising : public DistanceMethod {
         side_(context.operation.amount < 0 ? -1.0f : 1.0f),
         rise_(std::abs(context.operation.amount) * context.brush->height),
         step_(brush_->image ? rise_ : raisedByStamp(*brush_, operation_)),
+        start_(context.start),
         base_(context.start, context.operation.amount < 0 ? -1 : 1, context.threads),
         applications_(context.brush->image != nullptr) {
     // Where a tool was lifted on the way the limit counts from where the stroke began.
@@ -147,10 +155,11 @@ class Raising : public DistanceMethod {
   };
 
   // Radii of the tip that count as its reach.
-  [[nodiscard]] double radii() const { return brush_->image ? 1.4143 : 1.0; }
+  [[nodiscard]] double radii() const { return brush_->image ? kToCorner : 1.0; }
   // Bricks that are held, at most about as many.
   [[nodiscard]] size_t mostBricks() const { return std::max(kMostBricks, kMostStamps * asked_); }
-  [[nodiscard]] Vec3d lowered(const Vec3d& place) const;
+  [[nodiscard]] Vec3d lowered(const Vec3d& place, double radius) const;
+  [[nodiscard]] Vec3d loweredFromAfar(const Vec3d& place, double radius) const;
   void apply(Coord coord, const WideDistance::Block& block, std::span<const Stamp> current, Layer& layer) const;
   [[nodiscard]] bool raise(std::span<const Stamp> images, Coord coord, const float* foot, const uint64_t* mask,
                            Layer& layer) const;
@@ -167,6 +176,7 @@ class Raising : public DistanceMethod {
   float side_, rise_;
   float step_;       // how far one application raises at most
   bool everywhere_;  // bricks get all applications from the first on, as high as the limit: none is made up for
+  Version start_;    // the clay that heights stand on
   Version laid_;     // what the stroke left before the tool was lifted; none: nothing
   WideDistance base_;
   std::unordered_map<Coord, std::unique_ptr<Layer>, CoordHash> layers_;
@@ -220,14 +230,40 @@ std::optional<Around> around(const WideDistance& field, const Vec3d& place, cons
 }
 
 // A tool that rides on what the stroke has laid belongs to the place below it.
-Vec3d Raising::lowered(const Vec3d& place) const {
+Vec3d Raising::lowered(const Vec3d& place, double radius) const {
   const auto there = around(base_, place, [&](Coord coord, int at, float& height) {
     const Layer* heights = layer(coord);
     if (heights) height = heights->height[at];
     return heights != nullptr;
   });
-  if (!there || !(there->u > 0)) return place;
-  return place + quantised(there->foot * std::min(there->height / there->u, 1.0f));
+  if (there && !(there->u > 0)) return place;
+  if (there) return place + quantised(there->foot * std::min(there->height / there->u, 1.0f));
+  return loweredFromAfar(place, radius);
+}
+
+// The same farther off than distances are known: by the part of the surface that is nearest.
+Vec3d Raising::loweredFromAfar(const Vec3d& place, double radius) const {
+  Sampler start(start_);
+  const Vec3d nearest = place.array().round();
+  const Coord voxel{static_cast<int32_t>(nearest.x()), static_cast<int32_t>(nearest.y()),
+                    static_cast<int32_t>(nearest.z())};
+  if (!(highest_ > 0) || !(side_ * start.voxel(voxel) > 0)) return place;
+  // Sums of whole numbers, so that their order does not matter.
+  const auto whole = [](double v) { return static_cast<int64_t>(std::nearbyint(v * 65536)); };
+  int64_t out[3] = {}, heights = 0, weights = 0;
+  for (const NearVoxel& each : surfaceNear(start, place, radius + static_cast<double>(highest_))) {
+    const Layer* mine = layer(each.brick);
+    const auto weight = static_cast<double>(each.weight);
+    for (int k = 0; k < 3; ++k) out[k] += whole(weight * static_cast<double>(each.normal[k]));
+    if (mine) heights += whole(weight * static_cast<double>(mine->height[each.voxel]));
+    weights += whole(weight);
+  }
+  if (heights == 0) return place;
+  const auto x = static_cast<double>(out[0]), y = static_cast<double>(out[1]), z = static_cast<double>(out[2]);
+  const double length = std::sqrt((x * x + y * y) + z * z);
+  if (!(length > 0)) return place;
+  const double by = -static_cast<double>(side_) * static_cast<double>(heights) / static_cast<double>(weights) / length;
+  return place + quantised(Vec3f(static_cast<float>(by * x), static_cast<float>(by * y), static_cast<float>(by * z)));
 }
 
 Steps Raising::begin(Sampler&, std::span<const Stamp> images, std::span<const Coord> bricks) {
@@ -238,8 +274,8 @@ Steps Raising::begin(Sampler&, std::span<const Stamp> images, std::span<const Co
   for (Steps each = base_.extend(bricks, reach); each.next();) co_yield Steps::kPause;
   std::vector<Stamp> stamps(images.begin(), images.end());
   for (size_t i = 0; i < stamps.size(); ++i) {
-    stamps[i].a = lowered(images[i].a);
-    stamps[i].b = images[i].b == images[i].a ? stamps[i].a : lowered(images[i].b);
+    stamps[i].a = lowered(images[i].a, images[i].radius);
+    stamps[i].b = images[i].b == images[i].a ? stamps[i].a : lowered(images[i].b, images[i].radiusAtEnd());
     // As applications are kept.
     stamps[i].endRadius = static_cast<double>(static_cast<float>(stamps[i].radiusAtEnd()));
     stamps[i].radius = static_cast<double>(static_cast<float>(stamps[i].radius));
@@ -339,6 +375,7 @@ void Raising::emboss(const Stamp& stamp, Coord coord, const float* foot, float (
   const auto radius = static_cast<float>(stamp.radiusAtEnd());
   // An image's pixels to a voxel.
   const int level = image.levelFor(0.5f * static_cast<float>(std::max(image.width(), image.height())) / radius);
+  const float toRim = radius / std::max(kRimVoxels, std::min(kRimOfHeight * rise_, kRimOfRadius * radius));
   const BrickFrame frame(stamp.b, coord);
   const Vec3f ex = stamp.axes.col(0), ey = stamp.axes.col(1), ez = stamp.axes.col(2);
   for (int i = 0; i < kBrickVoxels; ++i) {
@@ -349,9 +386,8 @@ void Raising::emboss(const Stamp& stamp, Coord coord, const float* foot, float (
     };
     const float x = along(ex), y = along(ey), z = along(ez);
     if (!(std::abs(z) < 1) || !(std::abs(x) < 1) || !(std::abs(y) < 1)) continue;
-    // The constant falloff leaves the whole square, as an image is one, but for its rim: a step would fall to either
-    // side of a voxel.
-    const float rim = std::min(0.5f * radius * (1 - std::max(std::max(std::abs(x), std::abs(y)), std::abs(z))), 1.0f);
+    // The constant falloff leaves the whole square, as an image is one, but for its rim.
+    const float rim = std::min((1 - std::max(std::max(std::abs(x), std::abs(y)), std::abs(z))) * toRim, 1.0f);
     const float shade =
         operation_.shape == Falloff::constant ? rim : falloff(operation_.shape, std::sqrt(x * x + y * y)) * rim;
     if (shade > 0) weight[i] = std::max(weight[i], image.at(x, y, level) * shade * stamp.strength);

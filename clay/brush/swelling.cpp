@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "clay/brush/brush_method.h"
+#include "clay/brush/near_surface.h"
 #include "clay/store/brick_margins.h"
 
 namespace argil::clay {
@@ -15,19 +16,15 @@ namespace {
 constexpr float kLeft = 1.4f;
 // What several of them may leave.
 constexpr float kLeastLeft = 1.1f;
-// A tool that the stroke has buried by no more than this, voxels, counts as standing on the clay above it.
-constexpr double kMostBuried = 16;
-// Voxels: how far a tool is lifted beyond what the stroke has laid, as it lays a little beside its middle.
-constexpr double kBeyondLaid = 2;
-// Voxels beside the surface lie within this of it. Slopes over two voxels that are less say nothing.
-constexpr float kBesideSurface = 1, kLeastSlope = 0.2f;
-// What is farther from the tool than the nearest by no more than this says where it is lifted to.
-constexpr float kAround = 2;
-// From a brick's middle to its outermost voxels.
-constexpr float kOutermost = 3.5f;
+// A tool that the stroke has buried by no more than this many radii counts as standing on the clay above it.
+constexpr double kMostBuried = 2;
+// Radii: how far a tool is lifted beyond what the stroke has laid, as it lays a little beside its middle.
+constexpr double kBeyondLaid = 0.25;
+// Voxels: beyond the depth of a place in the band, the surface is no farther than that.
+constexpr double kBesideSurface = 1;
 constexpr double kGrains = 65536;
 // Of the way to the surface: steps of the distance, until it is so near.
-constexpr int kMostSteps = 32;
+constexpr int kMostSteps = 64;
 constexpr float kArrived = 0.001f;
 
 class Swelling : public DistanceMethod {
@@ -66,7 +63,7 @@ class Swelling : public DistanceMethod {
     for (const Stamp& each : images) most = std::max(most, each.strength);
     return most;
   }
-  [[nodiscard]] Vec3d lifted(Sampler& field, const Vec3d& place) const;
+  [[nodiscard]] Vec3d lifted(Sampler& field, const Vec3d& place, double radius) const;
 
   Operation operation_;
   float band_, side_;
@@ -91,65 +88,20 @@ float valueAt(Sampler& field, const Vec3d& place) {
 
 // Where the surface around the nearest point of it faces, if it is no farther than `reach`.
 std::optional<Vec3f> outwards(Sampler& field, const Vec3d& place, double reach) {
-  struct Near {
-    float distance2;
-    Coord brick;
-  };
-  std::vector<Near> bricks;
-  const auto outside = [](float middle) { return std::max(std::abs(middle) - kOutermost, 0.0f); };
-  const auto first = [](double v) { return static_cast<int32_t>(std::ceil((v - 7) / kBrickEdge)); };
-  const auto last = [](double v) { return static_cast<int32_t>(std::floor(v / kBrickEdge)); };
-  const double farthest = reach + static_cast<double>(kAround);
-  const Vec3d low = place.array() - farthest, high = place.array() + farthest;
-  for (int32_t bx = first(low.x()); bx <= last(high.x()); ++bx)
-    for (int32_t by = first(low.y()); by <= last(high.y()); ++by)
-      for (int32_t bz = first(low.z()); bz <= last(high.z()); ++bz) {
-        if (field.slot({bx, by, bz}).isTile()) continue;
-        const Vec3f middle = BrickFrame(place, {bx, by, bz}).middle;
-        const float x = outside(middle.x()), y = outside(middle.y()), z = outside(middle.z());
-        bricks.push_back({(x * x + y * y) + z * z, {bx, by, bz}});
-      }
-  std::sort(bricks.begin(), bricks.end(), [](const Near& a, const Near& b) { return a.distance2 < b.distance2; });
-  struct Facing {
-    float distance, share;
-    Vec3f normal;
-  };
-  std::vector<Facing> found;
-  auto nearest = static_cast<float>(reach);
-  for (const Near& each : bricks) {
-    if (each.distance2 > (nearest + kAround) * (nearest + kAround)) break;
-    float padded[kPaddedSize] = {};
-    gatherPadded(field, each.brick, padded);
-    const BrickFrame frame(place, each.brick);
-    for (int i = 0; i < kBrickVoxels; ++i) {
-      const int x = i >> 6, y = (i >> 3) & 7, z = i & 7, at = paddedOffset(x + 1, y + 1, z + 1);
-      if (!(std::abs(padded[at]) < kBesideSurface)) continue;
-      const Vec3f way = frame.at(x, y, z);
-      const float distance = std::sqrt((way.x() * way.x() + way.y() * way.y()) + way.z() * way.z());
-      if (!(distance < nearest + kAround)) continue;
-      nearest = std::min(nearest, distance);
-      const Vec3f slope(padded[at + 10 * kPaddedRow] - padded[at - 10 * kPaddedRow],
-                        padded[at + kPaddedRow] - padded[at - kPaddedRow], padded[at + 1] - padded[at - 1]);
-      const float length = std::sqrt((slope.x() * slope.x() + slope.y() * slope.y()) + slope.z() * slope.z());
-      if (length > kLeastSlope) found.push_back({distance, kBesideSurface - std::abs(padded[at]), slope / length});
-    }
-  }
   // Sums of whole numbers, so that their order does not matter.
   Eigen::Matrix<int64_t, 3, 1> sum(0, 0, 0);
-  for (const Facing& each : found) {
-    const float weight = each.share * std::max(nearest + kAround - each.distance, 0.0f);
-    sum += ((each.normal * weight).cast<double>() * kGrains).array().round().matrix().cast<int64_t>();
-  }
+  for (const NearVoxel& each : surfaceNear(field, place, reach))
+    sum += ((each.normal * each.weight).cast<double>() * kGrains).array().round().matrix().cast<int64_t>();
   const Vec3f normal = sum.cast<float>();
   const float length = std::sqrt((normal.x() * normal.x() + normal.y() * normal.y()) + normal.z() * normal.z());
   return length > 0 ? std::optional<Vec3f>(normal / length) : std::nullopt;
 }
 
 // A tool that stands where the surface was belongs to the place above it.
-Vec3d Swelling::lifted(Sampler& field, const Vec3d& place) const {
+Vec3d Swelling::lifted(Sampler& field, const Vec3d& place, double radius) const {
   float depth = -side_ * valueAt(field, place);
   if (!(depth > 0)) return place;
-  const double most = laid_ + kBeyondLaid;
+  const double most = std::min(laid_, kMostBuried * radius) + kBeyondLaid * radius;
   const std::optional<Vec3f> out =
       outwards(field, place, depth < band_ ? std::min<double>(depth + kBesideSurface, most) : most);
   if (!out) return place;
@@ -170,14 +122,14 @@ std::vector<Stamp> Swelling::placed(Sampler& before, std::span<const Stamp> imag
   if (laid_ == 0) return stamps;
   for (Stamp& each : stamps) {
     const bool dab = each.a == each.b;
-    each.a = lifted(before, each.a);
-    each.b = dab ? each.a : lifted(before, each.b);
+    each.a = lifted(before, each.a, each.radius);
+    each.b = dab ? each.a : lifted(before, each.b, each.radiusAtEnd());
   }
   return stamps;
 }
 
 Steps Swelling::begin(Sampler&, std::span<const Stamp> images, std::span<const Coord>) {
-  laid_ = std::min(laid_ + static_cast<double>(step_ * strongest(images)), kMostBuried);
+  laid_ += static_cast<double>(step_ * strongest(images));
   co_return;
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "clay/field/jacobi_solver.h"
+#include "clay/field/redistance.h"
 
 namespace argil::clay {
 
@@ -18,18 +19,20 @@ constexpr size_t kMostFeet = 512;
 // Voxels within this of what was asked for have a neighbour that is not known, so their foot is only a guess.
 constexpr float kMargin = 1;
 
-// Distances as a brick or tile of the version has them, on one side; beyond the band not known.
+// Distances as a brick or tile of the version has them, on one side; beyond the band not known. Nor so near to its end
+// that redistancing leaves what stood there: an old value with no surface near it would be the source of a bulge.
 void readSlot(Slot slot, float band, float side, float* u) {
+  const float known = band - kRedistanceTolerance;
   if (slot.isTile()) {
     const float value = side * slot.phi(0, band);
-    std::fill_n(u, kBrickVoxels, value >= band ? kUnknownDistance : value);
+    std::fill_n(u, kBrickVoxels, value >= known ? kUnknownDistance : value);
     return;
   }
   BrickValues scratch;
   const BrickValues& phi = slot.brick()->values(scratch);
   for (int i = 0; i < kBrickVoxels; ++i) {
     const float value = side * phi[i];
-    u[i] = value >= band ? kUnknownDistance : value;
+    u[i] = value >= known ? kUnknownDistance : value;
   }
 }
 

@@ -231,8 +231,15 @@ void LevelRises(const float* broad, float band, const float* weight, const Level
               along = hn::Add(hn::Add(hn::Mul(gx, nx), hn::Mul(gy, ny)), hn::Mul(gz, nz));
     // From the plane to the surface along its normal: of what faces away there is nothing to move.
     const Row facing = hn::Min(hn::Max(hn::Div(along, hn::Sqrt(hn::Max(length2, hn::Set(d, 0.04f)))), zero), one);
-    const Row way = hn::Min(hn::Max(hn::Sub(hn::Mul(phi, facing), goal), hn::Neg(most)), most);
-    const Row moved = hn::Mul(way, hn::Mul(w, hn::Set(d, p.share)));
+    const Row share = hn::Mul(w, hn::Set(d, p.share));
+    Row way = hn::Sub(hn::Mul(phi, facing), goal);
+    if (p.done > 0) {
+      // Earlier parts went their share of that; only what lay farther off has a way left.
+      const Row left = hn::Sub(hn::Abs(way), hn::Mul(hn::Set(d, p.done), hn::Sub(one, share)));
+      way = hn::CopySign(hn::Max(left, zero), way);
+    }
+    way = hn::Min(hn::Max(way, hn::Neg(most)), most);
+    const Row moved = hn::Mul(way, share);
     may = hn::And(may, hn::Or(hn::Gt(moved, least), hn::Lt(moved, hn::Neg(lowest))));
     hn::StoreU(goal, d, height + voxel);
     hn::StoreU(moved, d, rise + voxel);

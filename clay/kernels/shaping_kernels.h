@@ -80,9 +80,10 @@ void raiseAtFeet(const float* broad, float band, std::span<const WeighedBall> ba
 /// Towards a plane, from the middle of a brick: normal · p − offset above it.
 struct LevelPlane {
   float nx, ny, nz, offset;
-  bool down, up;  ///< What stands above it may go down, what lies below may come up.
-  float share;    ///< Of the way to it, times a voxel's weight.
-  float most;     ///< Voxels that anything moves.
+  bool down, up;   ///< What stands above it may go down, what lies below may come up.
+  float share;     ///< Of the way to it, times a voxel's weight.
+  float most;      ///< Voxels that anything moves.
+  float done = 0;  ///< Voxels of the way that parts of the stamp before this one have cared for.
 };
 /// Each voxel's height above the plane, and how far its clay rises along the normal (below zero: sinks): a share of the
 /// way to the surface there as far as that faces the way of the plane. A bit of `moves` where that is not zero, of

@@ -6,10 +6,12 @@
 #include <cmath>
 #include <map>
 #include <random>
+#include <utility>
 
 #include "clay/brush/brush.h"
 #include "clay/brush/brush_channels.h"
 #include "clay/field/primitives.h"
+#include "clay/store/channel_source.h"
 #include "clay/store/store.h"
 #include "clay/surface/vertex_channels.h"
 #include "tests/support/simd_targets.h"
@@ -299,7 +301,7 @@ TEST(Channels, BlurMeetsInTheMiddleAndKeepsAnEvenColour) {
   const auto red = brushOf({channel(Property::colour)});
   red->colour = {255, 0, 0};
   BrushStroke half(version, red);
-  half.apply(Stamp{{1000, 0, 0}, {1000, 0, 0}, 1000});
+  half.apply(Stamp{{1000, 0, 0}, {1000, 0, 0}, 1000.8});  // its border at x = 0, 40 voxels above the middle
   version = half.finish();
   BrushStroke blurring(version, brushOf({channel(Property::colour, Method::blur)}));
   for (int i = 0; i < 30; ++i) blurring.apply(Stamp{{0, 0, 40}, {0, 0, 40}, 14});
@@ -463,6 +465,52 @@ TEST(Channels, MemoryOfAStrokeFollowsWhatItChangedAndNotItsStamps) {
   std::printf("%.1f MB at most for %.1f MB of clay\n", 1e-6 * static_cast<double>(most - before),
               1e-6 * static_cast<double>(changed));
   EXPECT_LE(most - before, 2 * changed + (4u << 20));
+}
+
+// Where the cover that a stroke around the sphere's top left falls to half of what it is in the middle, seen from the
+// middle along a ray over the sphere: the arc, voxels.
+double borderAt(ChannelSource& channels, Channel shown, const Vec3d& top, const Vec3d& along) {
+  const auto coverAt = [&](double arc) {
+    const double angle = arc / kRadius;
+    ChannelBytes bytes{};
+    const Vec3d place = kCentre + kRadius * (std::cos(angle) * top + std::sin(angle) * along);
+    return channels.between(place, bytes) ? int{bytes[indexOf(shown)]} : 0;
+  };
+  const int half = (coverAt(0) + 1) / 2;
+  double arc = 0;
+  while (arc < 40 && coverAt(arc) >= half) arc += 0.01;
+  return arc;
+}
+
+// The border of what is painted is the stamp's, as the surface has it: no tooth is left of the voxels.
+TEST(Channels, APaintedBorderIsAsSmoothAsTheStampsIs) {
+  const Version base = sphere();
+  for (const Vec3d& given : {Vec3d(0, 0, 1), Vec3d(0.3, -0.2, 1), Vec3d(1, 1, 1), Vec3d(0.1, 1, 0.7)})
+    for (const Falloff shape : {Falloff::constant, Falloff::dome, Falloff::smooth, Falloff::linear})
+      for (const int stamps : {1, 20}) {
+        const Vec3d top = given.normalized(), side = top.unitOrthogonal(), other = top.cross(side);
+        const double radius = 12.3;
+        const Vec3d middle = kCentre + kRadius * top;
+        for (const auto& [property, shown] :
+             {std::pair(Property::colour, Channel::cover), std::pair(Property::mask, Channel::mask)}) {
+          BrushStroke stroke(base, brushOf({channel(property, Method::set, 1, shape)}));
+          for (int i = 0; i < stamps; ++i) stroke.apply(Stamp{middle, middle, radius});
+          const Version painted = stroke.finish();
+          ChannelSource channels(painted);
+          double least = 99, most = 0;
+          for (int k = 0; k < 90; ++k) {
+            const double angle = k * 0.0698;
+            const double arc = borderAt(channels, shown, top, std::cos(angle) * side + std::sin(angle) * other);
+            least = std::min(least, arc), most = std::max(most, arc);
+          }
+          // The constant falloff ends at the ball's border on the sphere.
+          const double expected = 2 * kRadius * std::asin(0.5 * radius / kRadius);
+          EXPECT_LE(most - least, 0.25) << static_cast<int>(shape) << ", " << stamps << " stamps";
+          if (shape == Falloff::constant) {
+            EXPECT_NEAR(0.5 * (least + most), expected, 0.15) << stamps << " stamps";
+          }
+        }
+      }
 }
 
 }  // namespace

@@ -159,7 +159,7 @@ TEST(Raise, AStampOfManyVoxels) {
     }
 }
 
-// Deeper than what the stroke has laid, or than 16 voxels, a tool stands where it stands.
+// Deeper than what the stroke has laid, or than two radii, a tool stands where it stands.
 TEST(Raise, AToolThatTheStrokeHasNotBuriedIsNotLifted) {
   const Version block = makeBlock(Store::make(), Grid{}, Vec3d(0, 0, -30), {60, 60, 60}, 4);
   const float height = 5;
@@ -174,7 +174,7 @@ TEST(Raise, AToolThatTheStrokeHasNotBuriedIsNotLifted) {
         << before;
   }
   std::vector<Stamp> stamps(60, Stamp{Vec3d(35, 0, 0), Vec3d(35, 0, 0), 12, 1});
-  stamps.push_back({Vec3d(-20, 0, -24), Vec3d(-20, 0, -24), tip, 1});
+  stamps.push_back({Vec3d(-20, 0, -24), Vec3d(-20, 0, -24), tip / 2, 1});
   EXPECT_LT(topAlong(apply(block, raising(height, false), stamps), {-20, 0, 0}, {0, 0, 1}), 0.02);
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "clay/field/primitives.h"
+#include "clay/store/editor.h"
 #include "clay/store/store.h"
 
 namespace argil::clay {
@@ -145,6 +146,31 @@ TEST(WideDistance, BricksThatAreKnownAreNotSolvedAgain) {
       if (middle.norm() - kRadius < static_cast<double>(reach) - 7) open += block->open;
     }
     EXPECT_EQ(open, 0u) << reach;
+  }
+}
+
+// Redistancing leaves what differs from the band by less than its tolerance: such a voxel far from the surface, left by
+// an earlier stroke, is not where a distance begins.
+TEST(WideDistance, WhatIsLeftAtTheBandsEndIsNoSource) {
+  for (const float left : {2.91f, 2.98f, 2.999f}) {
+    Editor editor(ball());
+    for (const Vec3d& way : {Vec3d(1, 0, 0), Vec3d(0, 1, 1), Vec3d(-1, 2, 1)}) {
+      const Vec3d place = kMiddle + (kRadius + 7) * way.normalized();
+      const Coord voxel{static_cast<int32_t>(std::round(place.x())), static_cast<int32_t>(std::round(place.y())),
+                        static_cast<int32_t>(std::round(place.z()))};
+      BrickValues room;
+      const BrickValues& was = editor.find(voxel >> kBrickBits).values(room, 3);
+      float values[kBrickVoxels];
+      for (int i = 0; i < kBrickVoxels; ++i) values[i] = was[i];
+      values[Brick::offset(voxel.x & 7, voxel.y & 7, voxel.z & 7)] = left;
+      editor.setVoxels(voxel >> kBrickBits, values);
+    }
+    const std::vector<Coord> bricks = around(18);
+    WideDistance wide(editor.commit(), 1);
+    wide.extend(bricks, 16).finish();
+    const Errors errors = errorsOf(wide, bricks, 1);
+    EXPECT_GT(errors.known, 100000u);
+    EXPECT_LE(errors.distance, 0.1) << left;
   }
 }
 
