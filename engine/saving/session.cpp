@@ -171,6 +171,17 @@ void Session::endSpares() {
   spares.swap(spares_->documents);
 }
 
+// The steps behind the newest document stay where they are: it is repeated after them, as a step of its own.
+void Session::keepLaterSteps() {
+  if (!std::exchange(keepsLater_, false) || redoSteps() == 0 || records_) return;
+  const std::string label =
+      done_ == 0 ? "Back to the beginning" : fmt::format("Back to step {}: {}", done_, states_[done_].label);
+  counts_.kept += redoSteps();
+  done_ = states_.size() - 1;
+  if (watch_) watch_->went(done_);
+  push(label, newest_, {});
+}
+
 void Session::push(const std::string& label, DocumentPtr after, std::vector<ScriptStroke> strokes) {
   states_.resize(done_ + 1);
   strokes_.resize(done_ + 1);
@@ -192,6 +203,7 @@ void Session::beginStroke(const Tool& tool, StrokeImages images) {
   const clay::Grid& grid = piece->version.grid();
   (void)StrokePath(grid, tool);  // throws before anything is changed
   strokeBrush_ = brushOf(tool, grid, morphGoal(tool, *piece));
+  keepLaterSteps();
   piece_ = piece->id;
   place_ = static_cast<size_t>(piece - newest_->pieces.data());
   strokeNumber_ = nextStroke_++;
@@ -415,6 +427,7 @@ void Session::change(const std::string& label, const std::function<void(Document
     states_.back().kept = 0;
     if (watch_) watch_->stepped(states_.back().label, next, true);
   } else {
+    keepLaterSteps();
     push(label, next, {});
   }
   merge_ = merge;
@@ -463,7 +476,7 @@ bool Session::redo() {
   return true;
 }
 
-void Session::goTo(size_t steps) {
+void Session::goTo(size_t steps, bool keeps) {
   requireNoStroke("undo");
   if (steps >= states_.size()) throw Error("there are not so many steps to go to", Error::Kind::work);
   HistoryState& at = states_[steps];
@@ -476,6 +489,7 @@ void Session::goTo(size_t steps) {
   ++steps_;
   if (steps != done_ && watch_) watch_->went(steps);
   done_ = steps;
+  keepsLater_ = (keeps || keepsLater_) && redoSteps() > 0;
   if (at.document != newest_) setDocument(withSettings(at.document));
 }
 

@@ -72,7 +72,8 @@ struct HistoryState {
 /// Holds the current document and the history. One thread edits (every member without a note); document() and version()
 /// are for all. A stroke works on one piece and is one undo step however many versions were published in it and however
 /// often the tool was lifted; what is left of it when it ends is its first and its last version. The result of a stroke
-/// depends on its points and lifts alone. A new step ends the redo branch.
+/// depends on its points and lifts alone. A new step ends the redo branch, but
+/// where goTo() keeps it.
 class Session {
  public:
   /// Begins with `first`, which cannot be undone.
@@ -137,8 +138,10 @@ class Session {
   /// One step back or forth; false when there is none. Pointer swaps. Throws Error while a stroke is on.
   bool undo();
   bool redo();
-  /// So many steps done. Throws Error for more than there are, or while a stroke is on.
-  void goTo(size_t steps);
+  /// So many steps done. Throws Error for more than there are, or while a stroke is on. `keeps`: a step that is made
+  /// from there ends no redo branch: the later steps stay, and "Back to step …" comes between them and the new one.
+  /// That holds until the last step is reached again.
+  void goTo(size_t steps, bool keeps = false);
   [[nodiscard]] size_t undoSteps() const { return done_; }
   [[nodiscard]] size_t redoSteps() const { return states_.size() - 1 - done_; }
   /// Grows whenever the steps or how many are done change.
@@ -172,6 +175,7 @@ class Session {
   struct Counts {
     uint64_t strokes = 0, points = 0, stamps = 0;
     uint64_t idle = 0;  ///< Strokes that changed nothing.
+    uint64_t kept = 0;  ///< Later steps that goTo() kept when another was made.
     clay::Editor::Counts clay;
   };
   [[nodiscard]] const Counts& counts() const { return counts_; }
@@ -184,6 +188,7 @@ class Session {
   void swapNewest(DocumentPtr document);
   void setVersion(const clay::Version& version);
   [[nodiscard]] DocumentPtr withSettings(DocumentPtr document) const;
+  void keepLaterSteps();
   void push(const std::string& label, DocumentPtr after, std::vector<ScriptStroke> strokes);
   void requireNoStroke(const char* what) const;
   [[nodiscard]] std::string strokeLabel() const;
@@ -196,6 +201,7 @@ class Session {
   std::vector<std::vector<ScriptStroke>> strokes_;  // that led to each state; empty ones without record()
   bool records_ = false;
   size_t done_ = 0;
+  bool keepsLater_ = false;  // as goTo() was asked to
   std::function<DocumentPtr(uint64_t, const Document&)> reader_;
   SessionWatch* watch_ = nullptr;
   std::string merge_;  // of the last step

@@ -45,7 +45,7 @@ void Workbench::State::begin(Begin how) {
   if (session) session->setWatch(nullptr);
   loop.reset();
   session = std::move(fresh);
-  idleTold = 0;
+  idleTold = keptTold = 0;
   documentRecords = std::move(begun);
   base = std::move(how.base);
   writer = how.writer.empty() ? newWriter() : std::move(how.writer);

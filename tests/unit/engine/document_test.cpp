@@ -224,6 +224,55 @@ TEST(SessionOfADocument, ChangesAreStepsAndMergeByKey) {
   EXPECT_EQ(session.undoSteps(), 3u);
 }
 
+TEST(SessionOfADocument, LaterStepsStayWhereOneGoesBackInTheHistoryAndWorksOn) {
+  const auto name = [](Session& session, const char* to) {
+    session.change(to, [to](Document& document) { document.pieces[0].name = to; });
+  };
+  for (const bool stroke : {false, true})
+    for (const size_t back : {size_t(0), size_t(1), size_t(2)}) {
+      SCOPED_TRACE(testing::Message() << back << (stroke ? " stroke" : " change"));
+      Session session(ball());
+      for (const char* step : {"A", "B", "C"}) name(session, step);
+      session.goTo(back, true);
+      const std::string there = session.document()->pieces[0].name;
+      const clay::Version clay = session.version();
+      if (stroke) {
+        session.beginStroke(kCarve);
+        session.addPoint(0, {8, 0, 0});
+        session.endStroke();
+        EXPECT_NE(session.version(), clay);
+      } else {
+        name(session, "D");
+      }
+      const std::string label = back == 0   ? "Back to the beginning"
+                                : back == 1 ? "Back to step 1: A"
+                                            : "Back to step 2: B";
+      EXPECT_EQ(session.history(), (std::vector<std::string>{"A", "B", "C", label, stroke ? "Carve" : "D"}));
+      EXPECT_EQ(session.counts().kept, 3 - back);
+      EXPECT_EQ(session.undoSteps(), 5u);
+      session.undo();
+      EXPECT_EQ(session.document()->pieces[0].name, there);
+      EXPECT_EQ(session.version(), clay);
+      session.goTo(3);
+      EXPECT_EQ(session.document()->pieces[0].name, "C") << "the later steps are there";
+      session.goTo(5);
+      name(session, "E");
+      EXPECT_EQ(session.history().size(), 6u) << "at the end nothing is to be kept";
+    }
+  // Undo drops them as ever, where nobody went back in the history.
+  Session session(ball());
+  for (const char* step : {"A", "B", "C"}) name(session, step);
+  session.undo();
+  name(session, "D");
+  EXPECT_EQ(session.history(), (std::vector<std::string>{"A", "B", "D"}));
+  session.goTo(1, true);
+  session.redo();
+  session.redo();
+  session.undo();
+  name(session, "E");
+  EXPECT_EQ(session.history(), (std::vector<std::string>{"A", "B", "E"})) << "the end was reached meanwhile";
+}
+
 TEST(SessionOfADocument, AStrokeWorksOnTheActivePieceAlone) {
   Session session(ball());
   const clay::Version second = ball(8);
