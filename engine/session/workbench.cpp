@@ -197,7 +197,7 @@ void Workbench::redo() {
 }
 
 void Workbench::goTo(size_t done) {
-  state_->post([s = state_.get(), done] { s->session->goTo(done); }, true, true);
+  state_->post([s = state_.get(), done] { s->session->goTo(done, true); }, true, true);
 }
 
 void Workbench::setUndoBudget(uint64_t bytes) {
@@ -473,6 +473,16 @@ bool Workbench::usesPointer() const {
   return !state_->hand || state_->hand->pointer != nullptr;
 }
 
+bool Workbench::usesSimulated() const {
+  const std::lock_guard lock(state_->handMutex);
+  return state_->hand && state_->hand->simulated != nullptr;
+}
+
+void Workbench::steerSimulated(const haptics::HandPoint& wanted) {
+  const std::lock_guard lock(state_->handMutex);
+  if (state_->hand && state_->hand->simulated && wanted.position.allFinite()) state_->hand->simulated->steer(wanted);
+}
+
 haptics::StylusSample Workbench::latest() {
   const std::lock_guard lock(state_->handMutex);
   if (state_->hand) state_->hand->servo.latest().load(state_->newest);
@@ -492,7 +502,9 @@ TouchState Workbench::touch(bool statistics) {
       view.state = stopped ? haptics::ServoState::stopped : hand->servo.state();
       view.sentence = stopped ? "Forces are stopped by you; resume when you are ready."
                       : hand->servo.fault() != haptics::Fault::none ? haptics::sentence(hand->servo.fault())
-                                                                    : haptics::sentence(view.state);
+                      : hand->pointer && view.state == haptics::ServoState::running
+                          ? "Mouse or pen works the clay; no force is felt."
+                          : haptics::sentence(view.state);
       view.grant = hand->grant;
       view.rateHz = hand->servo.rateHz();
       view.heat = hand->servo.heat();

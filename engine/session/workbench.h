@@ -19,6 +19,7 @@
 #include "engine/session/surfaces.h"
 #include "engine/tools/piece_jobs.h"
 #include "haptics/base/device.h"
+#include "haptics/devices/hand_path.h"
 #include "haptics/devices/pointer.h"
 #include "haptics/servo/servo.h"
 #include "haptics/threads/sample_ring.h"
@@ -157,7 +158,7 @@ class Workbench {
   void add(std::string label, Things things);
   void undo();
   void redo();
-  /// So many steps done: 0 is the beginning.
+  /// So many steps done: 0 is the beginning. The later ones are kept where another step is made then.
   void goTo(size_t done);
   /// Steps may take so much memory beside the newest document; 0: no limit. The oldest leave it for the disk (the
   /// journal, or a file without a name where there is no journal) and are read again when they are gone to. While the
@@ -263,6 +264,9 @@ class Workbench {
   void feedPointer(const haptics::PointerSample& sample);
   void pointerLeft();
   [[nodiscard]] bool usesPointer() const;
+  /// A simulated device is in hand: steerSimulated() says where its hand wants to be, in the device's frame.
+  [[nodiscard]] bool usesSimulated() const;
+  void steerSimulated(const haptics::HandPoint& wanted);
   /// Cheap: the newest tick.
   [[nodiscard]] haptics::StylusSample latest();
   /// `statistics` asks for histograms too.

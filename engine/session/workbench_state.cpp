@@ -12,6 +12,7 @@
 
 #include "clay/base/error.h"
 #include "clay/store/store.h"
+#include "clay/whole/deform.h"
 #include "engine/document/beside.h"
 #include "engine/models/tool_file.h"
 #include "engine/text/tool_text.h"
@@ -394,6 +395,8 @@ void Workbench::State::takeHand(const std::string& name) {
     fresh = open(kPointer);
   }
   oriented = fresh->device->sheet().dofIn == 6 && !fresh->pointer;
+  // Nobody holds it: within the clay it would be pushed out, and push back.
+  if (fresh->simulated) fresh->simulated->startAt(workspace.toDevice(besideClayMm()));
   makeLoop();  // the new servo counts its samples from zero
   if (const auto warm = heats.find(fresh->device->sheet().name); warm != heats.end()) {
     const double restedS = std::chrono::duration<double>(std::chrono::steady_clock::now() - warm->second.at).count();
@@ -406,6 +409,24 @@ void Workbench::State::takeHand(const std::string& name) {
   fresh->grant = fresh->servo.grant();
   const std::lock_guard lock(handMutex);
   hand = std::move(fresh);
+}
+
+// Above all clay, in the world: where a tool that nobody moves touches nothing.
+Vec3d Workbench::State::besideClayMm() const {
+  constexpr double kAboveMm = 15;
+  Eigen::AlignedBox3d box;
+  if (session)
+    for (const Piece& piece : session->document()->pieces) {
+      if (!piece.version || piece.version.stats().bricks == 0) continue;
+      const clay::BoxMm own = clay::boundsOf(piece.version);
+      for (int corner = 0; corner < 8; ++corner) {
+        const Vec3d p(corner & 1 ? own.high.x() : own.low.x(), corner & 2 ? own.high.y() : own.low.y(),
+                      corner & 4 ? own.high.z() : own.low.z());
+        box.extend(piece.pose.apply(p));
+      }
+    }
+  if (box.isEmpty()) return workspace.toWorld(Vec3d::Zero());
+  return {box.center().x(), box.center().y(), box.max().z() + kAboveMm + wanted.radiusMm};
 }
 
 void Workbench::State::openFirstHand() {
@@ -563,7 +584,11 @@ void Workbench::State::noteMade(Id id) {
 
 // A stroke along which the tool met nothing looks like one that did its work.
 void Workbench::State::tellIdleStrokes() {
-  const uint64_t idle = session->counts().idle;
+  const uint64_t idle = session->counts().idle, kept = session->counts().kept;
+  if (const uint64_t before = std::exchange(keptTold, kept); before < kept)
+    tell(Message::Level::done,
+         fmt::format("{} later step{} kept: the history has {} above \"Back to …\".", kept - before,
+                     kept - before == 1 ? " is" : "s are", kept - before == 1 ? "it" : "them"));
   if (std::exchange(idleTold, idle) >= idle) return;
   tell(Message::Level::warning, fmt::format("{} changed nothing: it met no clay that it can change there.",
                                             held ? rowOf(*held).name : "The tool"));

@@ -16,6 +16,7 @@
 #include "engine/session/edit_loop.h"
 #include "engine/session/force_control.h"
 #include "engine/session/workbench.h"
+#include "haptics/devices/simulated.h"
 #include "haptics/threads/published.h"
 #include "io/records/document_presence.h"
 
@@ -29,6 +30,7 @@ struct Hand {
       : device(std::move(opened)),
         name(std::move(openedAs)),
         pointer(dynamic_cast<haptics::PointerDevice*>(device.get())),
+        simulated(dynamic_cast<haptics::SimulatedDevice*>(device.get())),
         servo(*device, scene, {.realtime = realtime}) {
     device->setGate(gate);
   }
@@ -36,6 +38,7 @@ struct Hand {
   std::unique_ptr<haptics::Device> device;
   std::string name;
   haptics::PointerDevice* pointer;
+  haptics::SimulatedDevice* simulated;
   haptics::Servo servo;
   std::string grant;
 };
@@ -84,6 +87,7 @@ struct Workbench::State {
   void finishJobs();
   void takeHand(const std::string& name);
   void openFirstHand();
+  [[nodiscard]] Vec3d besideClayMm() const;
   /// What a document begins with.
   struct Begin {
     std::vector<HistoryState> states;
@@ -198,6 +202,7 @@ struct Workbench::State {
   Id madeLast = 0;           // as the snapshot has them
   uint64_t madeCount = 0;
   uint64_t idleTold = 0;  // strokes of the session that changed nothing
+  uint64_t keptTold = 0;  // later steps that the session kept
   uint64_t manyTold = 0;  // the document (`opened`) of which it was said that not all its pieces are felt
   Tool wanted;            // as the person has it; fitted to the clay it becomes the loop's
   std::optional<Tool> held;

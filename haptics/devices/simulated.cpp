@@ -9,7 +9,8 @@ namespace argil::haptics {
 namespace {
 
 constexpr double kMaxDelayS = 0.015;
-constexpr double kMmPerM = 1000.0;  // N / kg is m/s².
+constexpr double kSteeredMms = 800;  // Of a hand that is steered.
+constexpr double kMmPerM = 1000.0;   // N / kg is m/s².
 
 }  // namespace
 
@@ -25,6 +26,15 @@ SimulatedDevice::SimulatedDevice(DeviceSheet sheet, HandPath path, const Options
   if (path_.empty()) throw Error("simulated device: the hand path holds no points");
   wanted_ = path_.at(0, hint_);
   position_ = wanted_.position;
+}
+
+void SimulatedDevice::startAt(const Vec3d& position) noexcept {
+  HandPoint there = wanted_;
+  there.position = position;
+  steer(there);
+  wanted_ = there;
+  position_ = position;
+  velocity_.setZero();
 }
 
 bool SimulatedDevice::read(double timeS, DeviceState& state) ARGIL_REALTIME {
@@ -79,7 +89,15 @@ void SimulatedDevice::step(double timeS) ARGIL_REALTIME {
   if (const ForceGate::Word now = gate().word(); !ForceGate::open(now) || now != motorWord_) motor_.setZero();
 
   const HandPoint before = wanted_;
-  wanted_ = path_.at(timeS + dt, hint_);
+  isSteered_ |= steered_.load(steeredTo_);
+  if (isSteered_) {
+    const Vec3d way = steeredTo_.position - before.position;
+    const double most = kSteeredMms * dt, length = way.norm();
+    wanted_ = steeredTo_;
+    if (length > most) wanted_.position = before.position + (most / length) * way;
+  } else {
+    wanted_ = path_.at(timeS + dt, hint_);
+  }
   if (options_.prescribed) {
     position_ = wanted_.position;
     velocity_ = (wanted_.position - before.position) / dt;

@@ -5,6 +5,7 @@
 
 #include "haptics/base/device.h"
 #include "haptics/devices/hand_path.h"
+#include "haptics/threads/latest_value.h"
 
 namespace argil::haptics {
 
@@ -37,6 +38,13 @@ class SimulatedDevice final : public Device {
   bool read(double timeS, DeviceState& state) ARGIL_REALTIME override;
   void write(double timeS, const Vec3d& forceN) ARGIL_REALTIME override;
 
+  /// From now on the hand wants to be there, in the device's frame, instead of on its path: somebody moves it, as with
+  /// a mouse. It goes there at 800 mm/s at most, so that a cursor that jumps is no fault. One thread, which may run
+  /// beside the servo's.
+  void steer(const HandPoint& wanted) noexcept { steered_.store(wanted); }
+  /// The same, and the stylus is there already. Before the servo starts.
+  void startAt(const Vec3d& position) noexcept;
+
   // For tests and plots; the servo's thread or after it stopped.
   [[nodiscard]] const Vec3d& position() const noexcept { return position_; }  ///< Before the encoders, mm.
   [[nodiscard]] const Vec3d& velocity() const noexcept { return velocity_; }  ///< mm/s.
@@ -64,6 +72,9 @@ class SimulatedDevice final : public Device {
   uint64_t stepsDone_ = 0;
   size_t hint_ = 0;
   HandPoint wanted_;
+  LatestValue<HandPoint> steered_;
+  HandPoint steeredTo_;
+  bool isSteered_ = false;
   Vec3d position_ = Vec3d::Zero(), velocity_ = Vec3d::Zero(), motor_ = Vec3d::Zero();
   ForceGate::Word motorWord_ = 0;
 };

@@ -29,7 +29,7 @@ void inField(const kit::Rect& field, float x, float y, const std::string& words,
   ImGui::PopFont();
 }
 
-void plotForce(const std::vector<float>& forceN, double peakN) {
+void plotForce(const std::vector<float>& forceN, double peakN, bool stopped) {
   const kit::Rect field = plotField(86);
   float most = 0;
   for (const float f : forceN) most = std::max(most, f);
@@ -47,7 +47,16 @@ void plotForce(const std::vector<float>& forceN, double peakN) {
       const float value = *std::max_element(forceN.begin() + long(from), forceN.begin() + long(to));
       points.push_back({field.left + 2 + (field.width() - 4) * float(i) / float(std::max(1, columns - 1)), y(value)});
     }
-    list.AddPolyline(points.data(), int(points.size()), colours().accent, 0, 1.5f);
+    list.AddPolyline(points.data(), int(points.size()), stopped ? colours().dim : colours().accent, 0, 1.5f);
+  }
+  if (stopped) {
+    const std::string words = "Forces are stopped";
+    ImGui::PushFont(fonts().strong);
+    const ImVec2 size = ImGui::CalcTextSize(words.c_str());
+    list.AddText(
+        {std::floor((field.left + field.right - size.x) / 2), std::floor((field.top + field.bottom - size.y) / 2)},
+        colours().warning, words.c_str());
+    ImGui::PopFont();
   }
   inField(field, 7, 4, "force, last 2 s");
   inField(field, 7, 4, kit::written(most) + " N", true);
@@ -141,9 +150,12 @@ void touchPanel(Context& context, Memory& memory) {
                    touch.state == haptics::ServoState::warm);
   if (!touch.sentence.empty())
     kit::wrapped(kit::sentence(touch.sentence), well ? colours().text : pointer ? colours().dim : colours().warning);
+  if (context.bench.usesSimulated())
+    kit::wrapped("The mouse moves it: it follows the pointer over the clay, and works while the left button is held.",
+                 colours().dim);
   if (!touch.deviceStatus.empty()) kit::wrapped(kit::sentence(touch.deviceStatus), colours().dim);
 
-  if (!pointer) plotForce(touch.forceN, touch.sheet.peakForceN);
+  if (!pointer) plotForce(touch.forceN, touch.sheet.peakForceN, stopped);
   const haptics::ServoStatistics& s = touch.statistics;
   plotTimes("compute", s.compute);
   plotTimes("lateness", s.lateness);
