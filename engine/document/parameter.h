@@ -18,6 +18,7 @@ struct Parameter {
   double (*get)(const Owner&) = nullptr;
   void (*set)(Owner&, double) = nullptr;           ///< Expects low to high.
   std::span<const std::string_view> choices = {};  ///< Names of 0, 1, …: it is one of these. Empty: a number.
+  std::string_view zero = {};                      ///< Shown in place of the number 0: "automatic". Empty: the number.
 
   void change(Owner& owner, double value) const { set(owner, std::clamp(value, low, high)); }
 };

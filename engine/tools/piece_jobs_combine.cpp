@@ -121,6 +121,7 @@ constexpr std::array kCombine{
         .low = 0,
         .high = 50,
         .standard = 0,
+        .zero = "none",
     }),
     valueRow<&CombineValues::keepsSecond>({
         .id = "keep",
@@ -139,6 +140,7 @@ constexpr std::array kCombine{
         .low = 0,
         .high = 1000,
         .standard = 0,
+        .zero = "automatic",
     }),
 };
 

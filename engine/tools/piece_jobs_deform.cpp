@@ -46,6 +46,7 @@ constexpr std::array kCurve{
         .low = 0,
         .high = 50,
         .standard = 1,
+        .zero = "as it is",
     }),
 };
 

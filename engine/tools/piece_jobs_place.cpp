@@ -8,6 +8,7 @@
 
 #include "clay/base/error.h"
 #include "clay/surface/surface.h"
+#include "engine/document/size_words.h"
 #include "engine/print/base.h"
 #include "engine/print/lay_flat.h"
 #include "engine/print/nest.h"
@@ -38,8 +39,8 @@ PieceResult layFlat(const Document& document, const PieceArguments& a, Job* job)
   Vec3d move = rests.middleMm - rest.turn * rests.middleMm;
   move.z() = rests.lowMm - rest.lowMm;
   pose.translation = rest.turn * piece.pose.translation + move;
-  result.notes.push_back(fmt::format("{}: on a foot of {:.3g} mm², {:.3g} mm high; it tips at {:.2g}°.", piece.name,
-                                     rest.footMm2, rest.heightMm, rest.tipsDegrees));
+  result.notes.push_back(fmt::format("{}: on a foot of {} mm², {:.3g} mm high; it tips at {:.2g}°.", piece.name,
+                                     figure(rest.footMm2), rest.heightMm, rest.tipsDegrees));
   return result;
 }
 

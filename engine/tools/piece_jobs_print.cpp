@@ -11,6 +11,7 @@
 #include "clay/whole/fill_hollows.h"
 #include "clay/whole/pegs.h"
 #include "engine/document/beside.h"
+#include "engine/document/size_words.h"
 #include "engine/tools/piece_jobs.h"
 
 namespace argil::engine {
@@ -36,8 +37,8 @@ PieceResult infill(const Document& document, const PieceArguments& a, Job* job) 
   PieceResult result;
   result.changed.push_back(piece);
   result.changed[0].version = made.version;
-  result.notes.push_back(fmt::format("{}: {:.3g} % of {:.3g} mm³ filled, with cells of {:.3g} mm.", piece.name,
-                                     100 * made.density, made.hollowMm3, made.cellMm));
+  result.notes.push_back(fmt::format("{}: {:.3g} % of {} mm³ filled, with cells of {:.3g} mm.", piece.name,
+                                     100 * made.density, figure(made.hollowMm3), made.cellMm));
   return result;
 }
 
@@ -84,7 +85,7 @@ PieceResult drain(const Document& document, const PieceArguments& a, Job* job) {
     note += fmt::format("{}{} at {:.1f}, {:.1f}, {:.1f}", &hole == made.holes.data() ? ": " : "; ",
                         hole.vent ? "for air" : "for what runs out", at.x(), at.y(), at.z());
   }
-  if (made.leftMm3 > 0) note += fmt::format("; {:.2g} mm³ stay", made.leftMm3);
+  if (made.leftMm3 > 0) note += fmt::format("; {} mm³ stay", figure(made.leftMm3, 2));
   result.notes.push_back(note + ".");
   if (made.cups > 0)
     result.notes.push_back(
@@ -151,8 +152,8 @@ PieceResult mould(const Document& document, const PieceArguments& a, Job* job) {
       pull.y(), pull.z(), counted(size_t(made.keys), "key", "keys"), counted(size_t(made.sprues), "sprue", "sprues"),
       counted(size_t(made.vents), "vent", "vents"), made.steepestDegrees));
   if (const double cast = 1e-4 * made.clayMm3; made.undercutMm3 > cast)
-    result.notes.push_back(fmt::format("{}: {:.3g} mm³ are undercut, {:.2g} % of it: the cast has them filled.",
-                                       piece.name, made.undercutMm3, 100 * made.undercutMm3 / made.clayMm3));
+    result.notes.push_back(fmt::format("{}: {} mm³ are undercut, {:.2g} % of it: the cast has them filled.", piece.name,
+                                       figure(made.undercutMm3), 100 * made.undercutMm3 / made.clayMm3));
   return result;
 }
 
@@ -276,6 +277,7 @@ constexpr std::array kMould{
         .low = 0,
         .high = 1000,
         .standard = 6,
+        .zero = "none",
     }),
     valueRow<&MouldValues::vents>({
         .id = "vents",
@@ -315,6 +317,7 @@ constexpr std::array kPegs{
         .low = 0,
         .high = 100,
         .standard = 0,
+        .zero = "automatic",
     }),
     valueRow<&PegValues::depthMm>({
         .id = "depth",
@@ -324,6 +327,7 @@ constexpr std::array kPegs{
         .low = 0,
         .high = 100,
         .standard = 0,
+        .zero = "as its diameter",
     }),
     valueRow<&PegValues::clearanceMm>({
         .id = "clearance",

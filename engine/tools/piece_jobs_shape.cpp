@@ -113,17 +113,17 @@ PieceResult fillVoids(const Document& document, const PieceArguments& a, Job* jo
   const clay::Cleaned cleaned = clay::fillVoids(piece.version, clay::WorkPart(job));
   return changedTo(
       piece, cleaned.version,
-      {fmt::format("{}: {} filled, {:.3g} mm³ together.", piece.name,
-                   cleaned.count == 1 ? "1 void" : fmt::format("{} voids", cleaned.count), cleaned.volumeMm3)});
+      {fmt::format("{}: {} filled, {} mm³ together.", piece.name,
+                   cleaned.count == 1 ? "1 void" : fmt::format("{} voids", cleaned.count), figure(cleaned.volumeMm3))});
 }
 
 PieceResult crumbs(const Document& document, const PieceArguments& a, Job* job) {
   const Piece& piece = pieceOf(document, a);
   const clay::Cleaned cleaned = clay::removeCrumbs(piece.version, a.get<CrumbValues>().belowMm3, job);
-  return changedTo(
-      piece, cleaned.version,
-      {fmt::format("{}: {} removed, {:.3g} mm³ together.", piece.name,
-                   cleaned.count == 1 ? "1 crumb" : fmt::format("{} crumbs", cleaned.count), cleaned.volumeMm3)});
+  return changedTo(piece, cleaned.version,
+                   {fmt::format("{}: {} removed, {} mm³ together.", piece.name,
+                                cleaned.count == 1 ? "1 crumb" : fmt::format("{} crumbs", cleaned.count),
+                                figure(cleaned.volumeMm3))});
 }
 
 // The middle of its lower side stays where it is: what stands goes on standing.
@@ -193,6 +193,7 @@ constexpr std::array kShell{
         .low = 0,
         .high = 100,
         .standard = 2,
+        .zero = "all are made",
     }),
 };
 constexpr std::array kSmooth{

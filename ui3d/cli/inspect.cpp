@@ -11,6 +11,7 @@
 #include "clay/mesh/weld.h"
 #include "clay/surface/surface.h"
 #include "clay/surface/surface_topology.h"
+#include "engine/document/size_words.h"
 #include "engine/models/import_place.h"
 #include "engine/models/load_document.h"
 #include "engine/text/quality_text.h"
@@ -75,8 +76,8 @@ void printTopology(const clay::TopologyReport& t) {
         "  defects     {} boundary edges, {} non-manifold edges, {} flipped edges, {} non-manifold vertices, {} "
         "degenerate triangles\n",
         t.boundaryEdges, t.nonManifoldEdges, t.flippedEdges, t.nonManifoldVertices, t.degenerateTriangles);
-  fmt::print("  volume      {:.6g} mm³{}\n", t.volume, t.solid() ? "" : " (of an open mesh: about)");
-  fmt::print("  area        {:.6g} mm²\n", t.area);
+  fmt::print("  volume      {} mm³{}\n", engine::figure(t.volume, 6), t.solid() ? "" : " (of an open mesh: about)");
+  fmt::print("  area        {} mm²\n", engine::figure(t.area, 6));
 }
 
 // What a document holds and what it pays for.

@@ -1,4 +1,5 @@
 #include "ui3d/cli/inspect_print.h"
+#include "engine/document/size_words.h"
 
 #include <fmt/format.h>
 
@@ -24,7 +25,7 @@ void sayWalls(const char* what, const char* beyond, const clay::ThinParts& walls
              100 * walls.share());
   for (size_t i = 0; i < std::min(kMostPlaces, walls.parts.size()); ++i) {
     const clay::ThinPart& part = walls.parts[i];
-    fmt::print("              {:.2g} mm at {}, {:.3g} mm²\n", part.leastMm, at(part.atMm), part.areaMm2);
+    fmt::print("              {:.2g} mm at {}, {} mm²\n", part.leastMm, at(part.atMm), engine::figure(part.areaMm2));
   }
 }
 
@@ -62,7 +63,7 @@ void sayPrint(const engine::PrintProcess& process, const engine::PrintReport& re
   sayWalls("walls", "thinner", report.walls, process.wallMm);
   sayWalls("gaps", "narrower", report.gaps, process.gapMm);
   if (process.needsSupport) {
-    fmt::print("  overhangs   {:.4g} mm² look down and are flatter than {:g}°{}\n", report.overhangMm2,
+    fmt::print("  overhangs   {} mm² look down and are flatter than {:g}°{}\n", engine::figure(report.overhangMm2, 4),
                process.overhangDegrees,
                report.overhangMm2 > 0 && !report.overhangs ? ", in spots that need no support" : "");
     fmt::print("  islands     {}\n",
@@ -76,13 +77,13 @@ void sayPrint(const engine::PrintProcess& process, const engine::PrintReport& re
   double closed = 0, open = 0;
   for (const clay::Trap& trap : report.slices.traps) (trap.closed ? closed : open) += trap.volumeMm3;
   if (closed > 0 || open > 0)
-    fmt::print("  hollows     {:.4g} mm³ closed, {:.4g} mm³ that hold a liquid{}\n", closed, open,
-               process.holdsLiquid ? "" : ", which does not matter here");
+    fmt::print("  hollows     {} mm³ closed, {} mm³ that hold a liquid{}\n", engine::figure(closed, 4),
+               engine::figure(open, 4), process.holdsLiquid ? "" : ", which does not matter here");
   else
     fmt::print("  hollows     none that hold a liquid\n");
   for (size_t i = 0; i < std::min(kMostPlaces, report.slices.traps.size()); ++i) {
     const clay::Trap& trap = report.slices.traps[i];
-    fmt::print("              {:.4g} mm³ from {} up{}\n", trap.volumeMm3, at(trap.at),
+    fmt::print("              {} mm³ from {} up{}\n", engine::figure(trap.volumeMm3, 4), at(trap.at),
                trap.closed ? ", closed" : fmt::format(" to z = {:.1f}", trap.spillsMm));
   }
   if (process.outletMm > 0) {

@@ -1,4 +1,5 @@
 #include "ui3d/cli/inspect_pull.h"
+#include "engine/document/size_words.h"
 
 #include <fmt/format.h>
 
@@ -52,16 +53,17 @@ void sayPull(const InspectOptions& options, const engine::PullReport& report) {
   const Vec3d& pull = report.pull;
   fmt::print("from a mould, pulled along ({:.3f}, {:.3f}, {:.3f}){}\n", pull.x(), pull.y(), pull.z(),
              options.pull == "best" ? ", where least is undercut" : "");
-  fmt::print(
-      "  undercuts   {}, {:.2g} % of the surface\n",
-      report.undercuts.empty() ? "none" : fmt::format("{}, {:.4g} mm²", report.undercuts.size(), report.undercutMm2),
-      100 * report.undercutMm2 / report.areaMm2);
+  fmt::print("  undercuts   {}, {:.2g} % of the surface\n",
+             report.undercuts.empty()
+                 ? "none"
+                 : fmt::format("{}, {} mm²", report.undercuts.size(), engine::figure(report.undercutMm2, 4)),
+             100 * report.undercutMm2 / report.areaMm2);
   for (size_t i = 0; i < std::min(kMostPlaces, report.undercuts.size()); ++i) {
     const engine::Undercut& each = report.undercuts[i];
-    fmt::print("              {:.3g} mm² at ({:.1f}, {:.1f}, {:.1f})\n", each.areaMm2, each.atMm.x(), each.atMm.y(),
-               each.atMm.z());
+    fmt::print("              {} mm² at ({:.1f}, {:.1f}, {:.1f})\n", engine::figure(each.areaMm2), each.atMm.x(),
+               each.atMm.y(), each.atMm.z());
   }
-  fmt::print("  draft       {:.4g} mm² have less than {:g}°, {:.2g} % of the surface\n", report.steepMm2,
+  fmt::print("  draft       {} mm² have less than {:g}°, {:.2g} % of the surface\n", engine::figure(report.steepMm2, 4),
              options.draftDegrees.value_or(2), 100 * report.steepMm2 / report.areaMm2);
 }
 

@@ -12,6 +12,7 @@
 #include "clay/surface/surface_topology.h"
 #include "clay/surface/vertex_channels.h"
 #include "engine/document/cost.h"
+#include "engine/document/size_words.h"
 #include "engine/models/load_document.h"
 #include "engine/models/prepare_clay.h"
 #include "engine/models/script_file.h"
@@ -183,7 +184,7 @@ void printTable(const engine::RunReport& run, const std::vector<Figures>& pieces
   row("closed", skin.closed() ? "yes: every edge in two faces, every vertex one fan"
                               : fmt::format("NO: {} boundary edges, {} non-manifold edges, {} non-manifold vertices",
                                             skin.boundaryEdges, skin.nonManifoldEdges, skin.nonManifoldVertices));
-  row("volume", fmt::format("{:.6g} mm³", skin.volume));
+  row("volume", engine::figure(skin.volume, 6) + " mm³");
   for (const Figures& piece : pieces) {
     const clay::Version& version = piece.version;
     const std::string clay =
@@ -192,7 +193,7 @@ void printTable(const engine::RunReport& run, const std::vector<Figures>& pieces
     if (pieces.size() == 1)
       row("clay", clay);
     else
-      row(piece.name.c_str(), fmt::format("{:.6g} mm³, {}", piece.skin.volume, clay));
+      row(piece.name.c_str(), fmt::format("{} mm³, {}", engine::figure(piece.skin.volume, 6), clay));
   }
 }
 

@@ -78,12 +78,14 @@ struct Number {
   std::string_view id, name, help, unit;
   double low = 0, high = 1, standard = 0;
   bool logarithmic = false;
+  std::string_view zero = {};  ///< Shown in place of the number 0.
+  bool open = false;           ///< What is typed may lie beyond low and high.
 };
 /// A bar that is dragged (Shift: finely), typed into by a double click or Ctrl-click, and set back by the right button.
 Change number(const Number& row, double& value, float width = 0);
 /// One of them is being typed into.
 [[nodiscard]] bool numberIsTyped();
-/// Three or four digits that matter, without zeros at the end: "0.05", "12.5", "200".
+/// Three or four digits that matter, without zeros at the end and without an exponent: "0.05", "12.5", "200".
 [[nodiscard]] std::string written(double value);
 /// "12.5", "12,5 mm", "1e-3". NaN for what is no number.
 [[nodiscard]] double readNumber(const std::string& text);

@@ -51,7 +51,7 @@ Change type(const Number& row, double& value, float width) {
   typing.id = 0;
   const double typed = readNumber(typing.text);
   if (!std::isfinite(typed)) return {};
-  const double next = std::clamp(typed, row.low, row.high);
+  const double next = row.open ? typed : std::clamp(typed, row.low, row.high);
   if (written(next) == written(value)) return {};  // Left as it stood there: keeps the digits that are not shown.
   value = next;
   return {true, true};
@@ -64,6 +64,7 @@ bool numberIsTyped() {
 }
 
 std::string written(double value) {
+  constexpr int kMostDigits = 12;  // Behind the point: less is 0.
   if (!std::isfinite(value)) return "–";
   const double size = std::abs(value);
   const int digits = size >= 100                ? 0
@@ -71,12 +72,9 @@ std::string written(double value) {
                      : size >= 0.1 || size == 0 ? 2
                      : size >= 0.01             ? 3
                      : size >= 1e-4             ? 5
-                                                : -1;
-  char text[48];
-  if (digits < 0)
-    std::snprintf(text, sizeof text, "%.3g", value);
-  else
-    std::snprintf(text, sizeof text, "%.*f", digits, value);
+                                                : std::min(kMostDigits, 2 - int(std::floor(std::log10(size))));
+  char text[340];
+  std::snprintf(text, sizeof text, "%.*f", digits, value);
   std::string result = text;
   if (digits > 0 && result.find('.') != std::string::npos) {
     result.erase(result.find_last_not_of('0') + 1);
@@ -161,9 +159,8 @@ Change number(const Number& row, double& value, float width) {
   }
   list.AddRect(a, b, faded(held ? c.accent : c.line), kRound, 0, 1);
   const float y = std::floor((a.y + b.y - ImGui::GetTextLineHeight()) / 2);
-  const std::string shown = written(value) + (row.unit.empty()  ? ""
-                                              : row.unit == "°" ? "°"
-                                                                : " " + std::string(row.unit));
+  const std::string unit = row.unit.empty() || row.unit == "°" ? std::string(row.unit) : " " + std::string(row.unit);
+  const std::string shown = value == 0 && !row.zero.empty() ? std::string(row.zero) : written(value) + unit;
   const float right = ImGui::CalcTextSize(shown.c_str()).x;
   const ImVec2 needed = ImGui::CalcTextSize(row.name.data(), row.name.data() + row.name.size());
   const float edge = b.x - right - 14;

@@ -62,7 +62,7 @@ Touched<Owner> drawRow(const engine::Parameter<Owner>& row, Owner& owner, float 
     const double scale = share ? 100 : 1;
     value *= scale;
     change = kit::number({row.id, row.name, row.help, share ? std::string_view("%") : row.unit, row.low * scale,
-                          row.high * scale, row.standard * scale, row.logarithmic},
+                          row.high * scale, row.standard * scale, row.logarithmic, row.zero},
                          value, width);
     value /= scale;
   }
