@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -43,6 +44,26 @@ Piece pieceOf(const io::ModelObject& object, clay::Version version) {
   return piece;
 }
 
+constexpr double kFinestSaved = 32;  // times as fine as voxels that nobody chose
+
+// Metadata of a 3MF file of ours; its writer puts the namespace before it.
+constexpr std::string_view kVoxelSizes = "VoxelSizeMm", kOurs = "argil:";
+
+// Of the pieces, in the order of the objects.
+std::vector<std::pair<std::string, std::string>> voxelSizes(const Document& document, const ModelExport& what,
+                                                            const std::vector<io::ModelObject>& objects) {
+  std::string sizes;
+  size_t count = 0;
+  for (const Piece& each : document.pieces) {
+    if (what.piece != 0 ? each.id != what.piece : what.visibleOnly && !each.visible) continue;
+    if (count == objects.size() || objects[count].name != each.name) continue;  // one without a surface
+    sizes += fmt::format("{}{}", count == 0 ? "" : " ", each.version.grid().voxelMm);
+    ++count;
+  }
+  if (count != objects.size()) return {};
+  return {{std::string(kVoxelSizes), std::move(sizes)}};
+}
+
 ImportedModel importVdb(const std::filesystem::path& file, const ModelImport& how, Job* job) {
   ImportedModel imported;
   for (io::VdbObject& object : io::readVdb(file, unitMm(how.units == "auto" ? "mm" : how.units), job)) {
@@ -73,7 +94,14 @@ void makePieces(io::ModelFile& read, const ModelImport& how, ImportedModel& impo
   const auto whole = std::make_shared<const clay::TriangleMesh>(std::move(all.mesh));
   if (how.onRead) how.onRead(whole);
   clay::ImportOptions options;
-  options.grid.voxelMm = how.voxelMm ? *how.voxelMm : clay::suggestVoxelMm(*whole);
+  const double usual = how.voxelMm ? *how.voxelMm : clay::suggestVoxelMm(*whole);
+  options.grid.voxelMm = usual;
+  // What was scaled is not as fine as it was.
+  const bool asSaved = !how.voxelMm && !how.fitMm && !how.heightMm;
+  std::vector<double> saved = asSaved ? savedVoxelsMm(read) : std::vector<double>();
+  // A file must not ask for more memory than any clay of its size had.
+  for (double& each : saved)
+    if (each < usual / kFinestSaved) each = usual;
   // `of`: the name before its notes; empty where there is one piece.
   const auto add = [&](const io::ModelObject& object, const clay::TriangleMesh& mesh, const std::string& of) {
     clay::Imported made = clay::meshToClay(clay::Store::make(how.precision), mesh, options, job);
@@ -93,10 +121,12 @@ void makePieces(io::ModelFile& read, const ModelImport& how, ImportedModel& impo
     const size_t notes = imported.notes.size();
     const io::ModelObject* at = &objects.front();
     try {
-      for (const io::ModelObject& object : objects) {
+      for (size_t i = 0; i < objects.size(); ++i) {
+        const io::ModelObject& object = objects[i];
         at = &object;
+        options.grid.voxelMm = saved.size() == objects.size() ? saved[i] : usual;
         add(object, object.mesh,
-            object.name.empty() ? fmt::format("Object {}", at - objects.data() + 1) : io::displayName(object.name));
+            object.name.empty() ? fmt::format("Object {}", i + 1) : io::displayName(object.name));
       }
       requireSome(imported);
       return;
@@ -110,6 +140,7 @@ void makePieces(io::ModelFile& read, const ModelImport& how, ImportedModel& impo
                                            at->name.empty() ? "one of them" : at->name));
     }
   }
+  options.grid.voxelMm = saved.empty() ? usual : *std::min_element(saved.begin(), saved.end());
   add(all, *whole, {});
   requireSome(imported);
 }
@@ -134,6 +165,25 @@ double unitMm(const std::string& units) {
        {Unit{"mm", 1}, Unit{"um", 1e-3}, Unit{"cm", 10}, Unit{"m", 1000}, Unit{"in", 25.4}, Unit{"ft", 304.8}})
     if (units == u.name) return u.mm;
   throw Error(fmt::format("units {}: give mm, um, cm, m, in or ft", units));
+}
+
+std::vector<double> savedVoxelsMm(const io::ModelFile& model) {
+  constexpr double kLeast = 1e-4, kMost = 1e4;
+  const auto sizes = std::find_if(model.metadata.begin(), model.metadata.end(), [](const auto& each) {
+    return each.first.starts_with(kOurs) && std::string_view(each.first).substr(kOurs.size()) == kVoxelSizes;
+  });
+  if (sizes == model.metadata.end()) return {};
+  std::vector<double> found;
+  const char *at = sizes->second.data(), *const end = at + sizes->second.size();
+  while (at < end) {
+    double value = 0;
+    const auto [next, error] = std::from_chars(at, end, value);
+    if (error != std::errc() || !(value >= kLeast && value <= kMost)) return {};
+    found.push_back(value);
+    at = next;
+    while (at < end && *at == ' ') ++at;
+  }
+  return found;
 }
 
 ImportedModel importModel(const std::filesystem::path& file, const ModelImport& how, Job* job) {
@@ -437,7 +487,10 @@ std::vector<std::string> writeModelFiles(const std::vector<std::filesystem::path
           if (what.triangles || what.errorMm) reduction = reduceModel(objects, what, job);
         }
         tellLosses();
-        report = io::writeModel(file, {objects, {}}, write, job);
+        const bool keepsVoxels = io::endingOf(file) == ".3mf";
+        report = io::writeModel(
+            file, {objects, keepsVoxels ? voxelSizes(document, what, objects) : decltype(io::ModelView::metadata)()},
+            write, job);
       }
       sentences.push_back(fmt::format("{}: {} triangles written as {}, {:.1f} MB.", file.filename().string(),
                                       report.triangles, report.format, double(report.bytes) * 1e-6));

@@ -18,12 +18,16 @@
 
 namespace argil::engine {
 
+/// Voxel sizes, mm, of the pieces that Argil wrote into a 3MF file, in the order of its objects; empty for other files.
+[[nodiscard]] std::vector<double> savedVoxelsMm(const io::ModelFile& model);
+
 /// mm in one unit: mm, um, cm, m, in or ft. Throws Error for another name.
 [[nodiscard]] double unitMm(const std::string& units);
 
 struct ModelImport {
   std::string units = "mm";            ///< Where the file names none; as ImportPlace::units.
-  std::optional<double> voxelMm = {};  ///< None: 256 voxels along the longest side; level sets keep their own.
+  std::optional<double> voxelMm = {};  ///< None: as savedVoxelsMm() says, else 256 along the longest side; level sets
+                                       ///< keep their own.
   clay::Precision precision = clay::Precision::float32;
   std::optional<double> fitMm = {};  ///< Centred at zero and scaled until the longest side is this.
   std::string up = {};               ///< These as ImportPlace has them.

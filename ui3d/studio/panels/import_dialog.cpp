@@ -57,7 +57,8 @@ void measureWalls(AskedModel& asked) {
 
 void voxelRows(StudioState& state) {
   kit::toggle(kHalfMemory, state.imports.halfMemory, kHalfMemoryHelp);
-  kit::toggle("Voxel size by hand", state.imports.voxelGiven, "Else 256 voxels along the longest side.");
+  kit::toggle("Voxel size by hand", state.imports.voxelGiven,
+              "Else as the file of an Argil document says, or 256 voxels along the longest side.");
   if (state.imports.voxelGiven)
     kit::number({"voxel", "Voxel", "Finer shows more and costs more.", "mm", 0.01, 10, 0.5, true},
                 state.imports.voxelMm);
@@ -100,6 +101,9 @@ void contentRows(const io::ModelFile& model, const engine::ModelDetails* details
 }
 
 double voxelOf(const AskedModel& asked, const StudioState& state, const engine::Placement& placement) {
+  if (!asked.keepsWalls && !state.imports.voxelGiven && !asked.heightMm)
+    if (const std::vector<double> saved = engine::savedVoxelsMm(*asked.look->model); !saved.empty())
+      return *std::min_element(saved.begin(), saved.end());
   if (asked.keepsWalls) return asked.details->walls.keepingVoxelMm() * placement.mm * placement.scale;
   return state.imports.voxelGiven ? state.imports.voxelMm : placement.sizeMm.maxCoeff() / kVoxelsAlong;
 }

@@ -75,6 +75,33 @@ TEST_F(ModelFiles, SeveralObjectsBecomePiecesWithNamesAndColours) {
   EXPECT_EQ(levelSets.pieces[1].name, "right");
 }
 
+TEST_F(ModelFiles, APiecesOwnVoxelsComeBackFrom3mf) {
+  for (const std::vector<double>& voxels : {std::vector{0.5}, {0.75, 0.3}, {0.2}}) {
+    Document document;
+    for (size_t i = 0; i < voxels.size(); ++i) {
+      Piece piece;
+      piece.name = "piece " + std::to_string(i);
+      piece.version =
+          clay::makeBlock(clay::Store::make(), {.voxelMm = voxels[i]}, Vec3d(40.0 * double(i), 0, 0), {20, 16, 12}, 1);
+      document.add(piece);
+    }
+    (void)writeModelFiles({folder / "own.3mf"}, document, {});
+    const ImportedModel back = importModel(folder / "own.3mf", {});
+    ASSERT_EQ(back.pieces.size(), voxels.size());
+    for (size_t i = 0; i < voxels.size(); ++i)
+      EXPECT_DOUBLE_EQ(back.pieces[i].version.grid().voxelMm, voxels[i]) << back.pieces[i].name;
+    // Who asks for other voxels, or another size, gets that.
+    EXPECT_DOUBLE_EQ(importModel(folder / "own.3mf", {.voxelMm = 1}).pieces[0].version.grid().voxelMm, 1);
+    EXPECT_NEAR(importModel(folder / "own.3mf", {.fitMm = 256}).pieces[0].version.grid().voxelMm, 1, 0.02);
+  }
+  // A file that asks for more than any clay of its size had is not believed.
+  const std::vector<io::ModelObject> objects{cube("left", {0, 0, 0}, 10, {255, 0, 0, 255})};
+  for (const char* wrong : {"0.0001", "0", "-1", "nan", "0.5 0.5 x", ""}) {
+    io::writeModel(folder / "wrong.3mf", {objects, {{"VoxelSizeMm", wrong}}});
+    EXPECT_NEAR(importModel(folder / "wrong.3mf", {}).pieces[0].version.grid().voxelMm, 10.0 / 256, 0.002) << wrong;
+  }
+}
+
 // Each would be a row of the list: beyond 32 they come as one.
 TEST_F(ModelFiles, NotesOfSeveralObjectsNameThem) {
   std::vector<io::ModelObject> objects{cube("left", {0, 0, 0}, 10, {}), cube("", {20, 0, 0}, 10, {}),
