@@ -151,4 +151,19 @@ bool Bend::fixes(const BoxMm& box) const {
   return before(axis_, box);
 }
 
+Vec3d WarpChain::map(const Vec3d& p, Eigen::Matrix3d& jacobian) const {
+  Vec3d at = warps_.front()->map(p, jacobian);
+  for (size_t i = 1; i < warps_.size(); ++i) {
+    Eigen::Matrix3d own;
+    at = warps_[i]->map(at, own);
+    const Eigen::Matrix3d before = jacobian;
+    jacobian.noalias() = own * before;
+  }
+  return at;
+}
+
+bool WarpChain::fixes(const BoxMm& box) const {
+  return std::all_of(warps_.begin(), warps_.end(), [&](const auto& each) { return each->fixes(box); });
+}
+
 }  // namespace argil::clay

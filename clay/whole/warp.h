@@ -2,6 +2,8 @@
 // Maps of space that clay is deformed by.
 
 #include <Eigen/LU>
+#include <memory>
+#include <vector>
 
 #include "clay/base/vec.h"
 
@@ -25,6 +27,19 @@ class Warp {
   [[nodiscard]] virtual BoxMm domain(const BoxMm& piece) const { return piece; }
   /// Every point of the box stays where it is.
   [[nodiscard]] virtual bool fixes(const BoxMm&) const { return false; }
+};
+
+/// Several warps, one after the other: each takes what the one before it has moved.
+class WarpChain : public Warp {
+ public:
+  /// At least one, none null.
+  explicit WarpChain(std::vector<std::shared_ptr<const Warp>> warps) : warps_(std::move(warps)) {}
+  [[nodiscard]] Vec3d map(const Vec3d& p, Eigen::Matrix3d& jacobian) const override;
+  [[nodiscard]] BoxMm domain(const BoxMm& piece) const override { return warps_.front()->domain(piece); }
+  [[nodiscard]] bool fixes(const BoxMm& box) const override;
+
+ private:
+  std::vector<std::shared_ptr<const Warp>> warps_;
 };
 
 /// What bend, twist and taper have in common: a line, and the range along it, measured from `originMm`, over which the

@@ -133,6 +133,61 @@ TEST(DeformBox, GoesWhenSomebodyElseChangesTheClay) {
   EXPECT_FALSE(other.box());
 }
 
+TEST(DeformBox, ACornerTakesTheClayBelowItAlong) {
+  const auto store = clay::Store::make();
+  const clay::Version clays[] = {clay::makeBlock(store, clay::Grid{1.0}, Vec3d::Zero(), {40, 40, 40}, 0),
+                                 clay::makeBlock(store, clay::Grid{1.0}, Vec3d::Zero(), {60, 30, 20}, 2),
+                                 clay::makeSphere(store, clay::Grid{1.0}, Vec3d::Zero(), 20)};
+  const Vec3d corners[] = {{19.5, 19.5, 19.5}, {28, 13, 8}, {11.5, 11.5, 11.5}};
+  // Of the hand's way: a block's corner goes along, a ball has its surface at half of the way to the corner.
+  const double least[] = {0.8, 0.8, 0.4};
+  for (int i = 0; i < 3; ++i) {
+    Scene scene;
+    scene.rig.document = engine::Document::of(clays[i]);
+    scene.rig.state.deformBox = DeformBox::around(scene.rig.document.pieces[0]);
+    const size_t index = scene.box()->lattice.index(3, 3, 3);
+    const Vec3d from = scene.box()->lattice.restPoint(index);
+    const Vec3d by = 8 * ScreenMap(scene.rig.view, test::kWidth, test::kHeight).axes().right;
+    scene.rig.drag(scene.rig.at(from), scene.rig.at(from + by));
+    Eigen::Matrix3d unused;
+    EXPECT_LE((scene.box()->lattice.map(from, unused) - (from + by)).norm(), 0.2) << "the point is in the hand";
+    const Vec3d moved = scene.box()->lattice.map(corners[i], unused) - corners[i];
+    EXPECT_GT(moved.dot(by) / by.squaredNorm(), least[i]) << i;
+    EXPECT_LT(moved.dot(by) / by.squaredNorm(), 1.2) << i;
+  }
+}
+
+TEST(DeformBox, ApplyTakesAllTabs) {
+  Scene scene;
+  const clay::Version base = scene.version();
+  scene.box()->lattice.drag({20, 0, 0}, {4, 0, 0});
+  scene.box()->twistDegrees = 60;
+  scene.box()->taperPercent = 80;
+  scene.box()->kind = DeformBox::Kind::bend;  // the tab that is shown, in which nothing is set
+  ASSERT_TRUE(scene.settle());
+  const auto warp = scene.box()->warp();
+  ASSERT_TRUE(warp);
+  clay::WarpAxis axis{.originMm = Vec3d::Zero(), .direction = Vec3d::UnitZ(), .fromMm = -20, .toMm = 20};
+  axis.fromMm = scene.box()->bounds.low.z(), axis.toMm = scene.box()->bounds.high.z();
+  const clay::Twist twist(axis, 60 * 0.017453292519943295);
+  const clay::Taper taper(axis, 0.8);
+  for (const Vec3d& p : {Vec3d(18, 0, 3), Vec3d(-7, 9, 12), Vec3d(0, -15, -10)}) {
+    Eigen::Matrix3d slope, unused;
+    const Vec3d wanted = twist.map(taper.map(scene.box()->lattice.map(p, unused), unused), unused);
+    EXPECT_LT((warp->map(p, slope) - wanted).norm(), 1e-9);
+    for (int k = 0; k < 3; ++k) {
+      const Vec3d step = 1e-5 * Vec3d::Unit(k);
+      EXPECT_LT(((warp->map(p + step, unused) - warp->map(p - step, unused)) / 2e-5 - slope.col(k)).norm(), 1e-5);
+    }
+  }
+  EXPECT_EQ(scene.version().hash(), clay::deform(base, *warp, clay::Store::make()).hash());
+  const uint64_t all = scene.version().hash();
+  scene.box()->apply = true;
+  ASSERT_TRUE(scene.settle());
+  EXPECT_FALSE(scene.box());
+  EXPECT_EQ(scene.version().hash(), all);
+}
+
 TEST(DeformBox, RestsAfterOtherCounts) {
   Scene scene;
   scene.box()->lattice.drag({20, 0, 0}, {3, 0, 0});

@@ -70,7 +70,8 @@ void deformSection(Context& context) {
   ImGui::PushFont(fonts().strong);
   kit::text("Deform box");
   ImGui::PopFont();
-  kit::wrapped("Points are pulled in the picture; bend, twist and taper are set here.", colours().dim);
+  kit::wrapped("Points are pulled in the picture; bend, twist and taper are set here. Apply takes all of them.",
+               colours().dim);
   if (const engine::Piece* piece = context.now.document->piece(box.piece)) kit::fact("Piece", piece->name);
   kit::gap(4);
   static constexpr std::array<string_view, 4> kKinds{"Points", "Bend", "Twist", "Taper"};

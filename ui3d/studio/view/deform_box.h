@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "clay/store/version.h"
 #include "clay/whole/lattice.h"
@@ -19,6 +20,9 @@ struct DeformBox {
   clay::BoxMm bounds;  ///< Of that clay, mm of the piece.
   Kind kind = Kind::lattice;
   clay::Lattice lattice;  ///< mm of the piece.
+  /// For each point of the lattice the place of the clay below it, towards the middle of the box: what a drag of the
+  /// point is to move.
+  std::vector<Vec3d> clayPlaces;
 
   // Of bend, twist and taper
   int axis = 2;                             ///< x, y, z of the piece.
@@ -39,8 +43,10 @@ struct DeformBox {
   void setCounts(const std::array<int, 3>& counts);
   /// All back to where it was.
   void rest();
-  /// What it does now; null where nothing is moved.
+  /// What all of its tabs do together, the lattice first; null where nothing is moved.
   [[nodiscard]] std::shared_ptr<const clay::Warp> warp() const;
+  /// The same without the lattice: what is done to a point of it after that.
+  [[nodiscard]] std::shared_ptr<const clay::Warp> warpAfterLattice() const;
   /// It asks for the same clay.
   [[nodiscard]] bool sameShape(const DeformBox& other) const;
 };

@@ -8,13 +8,28 @@ namespace {
 constexpr int kSteps = 6;        // Of a line between two points of the grid.
 constexpr int kPlainCounts = 4;  // Lines of a box without points of its own.
 constexpr float kBehind = 0.45f;
+constexpr double kLeastPart = 0.05;  // Of a drag of the clay that the point above it takes.
 
-/// The clay at the point follows the hand exactly, the rest as little as possible.
+/// The point follows the hand exactly. What moves is the clay below it, as little of the rest as possible: a corner
+/// alone would move but its own surroundings, where there may be no clay.
 void applyPoint(Subject& subject, const Handle& handle, const Change& change) {
   auto* held = std::get_if<HeldLattice>(&subject);
   if (!held) return;
   const auto index = static_cast<size_t>(handle.index);
-  held->lattice.drag(held->lattice.restPoint(index), held->pose.rotation.conjugate() * change.move);
+  const Vec3d rest = held->lattice.restPoint(index);
+  const Vec3d clay = index < held->clayPlaces.size() ? held->clayPlaces[index] : rest;
+  Eigen::Matrix3d slope;
+  Vec3d by = held->pose.rotation.conjugate() * change.move;
+  if (held->after) {
+    (void)held->after->map(held->lattice.map(rest, slope), slope);
+    by = slope.inverse() * by;
+  }
+  if (!by.allFinite()) return;
+  // Points are moved in proportion, so that of a unit's drag the rest point's part is found in a lattice at rest.
+  clay::Lattice trial(held->lattice.box(), held->lattice.counts());
+  trial.drag(clay, Vec3d::UnitX());
+  const double part = trial.map(rest, slope).x() - rest.x();
+  held->lattice.drag(clay, part > kLeastPart ? Vec3d(by / part) : by);
 }
 
 }  // namespace
@@ -23,8 +38,9 @@ void buildLattice(Build& build) {
   const auto& box = build.world.state.deformBox;
   if (!box) return;
   const bool points = box->kind == DeformBox::Kind::lattice;
-  const clay::Lattice grid =
-      points ? box->lattice : clay::Lattice(box->lattice.box(), {kPlainCounts, kPlainCounts, kPlainCounts});
+  const clay::Lattice grid = points || box->lattice.moved()
+                                 ? box->lattice
+                                 : clay::Lattice(box->lattice.box(), {kPlainCounts, kPlainCounts, kPlainCounts});
   const auto warp = box->warp();
   const auto place = [&](const Vec3d& p) {
     Eigen::Matrix3d unused;

@@ -57,7 +57,7 @@ Subject readSubject(const World& world, const Target& target) {
       return world.state.workspace;
     case Target::Kind::lattice:
       if (const auto& box = world.state.deformBox; box && box->piece == target.id)
-        return HeldLattice{box->lattice, box->pose};
+        return HeldLattice{box->lattice, box->pose, box->clayPlaces, box->warpAfterLattice()};
       break;
   }
   return {};

@@ -1,6 +1,7 @@
 #pragma once
 // What a widget changes, as a value: read from the world, changed as the hand moves, written back.
 
+#include <memory>
 #include <string>
 #include <variant>
 #include <vector>
@@ -21,6 +22,8 @@ struct Target {
 struct HeldLattice {
   clay::Lattice lattice;
   haptics::Pose pose;
+  std::vector<Vec3d> clayPlaces;                 ///< DeformBox::clayPlaces.
+  std::shared_ptr<const clay::Warp> after = {};  ///< DeformBox::warpAfterLattice().
 };
 
 /// A guide, the place of a piece or part, or what stands once in the studio.
