@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "clay/base/error.h"
 #include "clay/field/primitives.h"
@@ -228,7 +229,7 @@ std::vector<Vec3d> placesFor(const Section& section, Sampler& clay, int area, co
 
 }  // namespace
 
-PeggedHalves cutWithPegs(const Version& version, const PegOptions& options, const WorkPart& part) {
+PegPlan planPegs(const Version& version, const PegOptions& options, const WorkPart& part) {
   const Grid& grid = version.grid();
   const double voxel = grid.voxelMm;
   if (options.pegs < 1 || options.pegs > 8) throw Error(fmt::format("{} pegs in an area: give 1 to 8", options.pegs));
@@ -240,20 +241,14 @@ PeggedHalves cutWithPegs(const Version& version, const PegOptions& options, cons
   if (!(options.depthMm == 0 || options.depthMm >= kLeastWall * voxel))
     throw Error(fmt::format("pegs {:g} mm deep at voxels of {:g} mm: give at least {:g} mm, or 0", options.depthMm,
                             voxel, kLeastWall * voxel));
-  const PlaneDivider plane(options.pointMm, options.normal);
   const Vec3d n = options.normal.normalized();
-  PeggedHalves result;
-  result.front = cut(version, plane, false, version.store());
-  result.back = cut(version, plane, true, Store::make(version.store()->precision()));
-  if (result.front.stats().bricks == 0 || result.back.stats().bricks == 0)
-    throw Error("the cut does not meet the clay: move the plane");
-  part.step(0.3);
-
+  PegPlan result;
   const Section section(version, options.pointMm, n);
   Sampler clay(version);
   result.areas = section.areas();
+  if (result.areas == 0) throw Error("the cut does not meet the clay: move the plane");
   for (int area = 1; area <= section.areas(); ++area) {
-    part.step(0.3 + 0.3 * area / section.areas());
+    part.step(double(area) / section.areas());
     const double widest =
         options.diameterMm > 0 ? options.diameterMm / voxel : std::min(kMostAutomatic / voxel, section.mostRoom(area));
     std::vector<Vec3d> places;
@@ -271,6 +266,24 @@ PeggedHalves cutWithPegs(const Version& version, const PegOptions& options, cons
   }
   if (result.pegs.empty())
     throw Error("no peg finds room in the cut: give thinner or shorter ones, or move the plane", Error::Kind::work);
+  return result;
+}
+
+PeggedHalves cutWithPegs(const Version& version, const PegOptions& options, const WorkPart& part) {
+  const Grid& grid = version.grid();
+  const double voxel = grid.voxelMm;
+  PegPlan plan = planPegs(version, options, part.part(0, 0.3));
+  const PlaneDivider plane(options.pointMm, options.normal);
+  const Vec3d n = options.normal.normalized();
+  PeggedHalves result;
+  result.front = cut(version, plane, false, version.store());
+  result.back = cut(version, plane, true, Store::make(version.store()->precision()));
+  if (result.front.stats().bricks == 0 || result.back.stats().bricks == 0)
+    throw Error("the cut does not meet the clay: move the plane");
+  part.step(0.6);
+  result.pegs = std::move(plan.pegs);
+  result.areas = plan.areas;
+  result.without = plan.without;
 
   const auto chamferMm = [](const Peg& peg) { return std::min(kChamfer * peg.diameterMm, peg.depthMm / 2); };
   const auto rod = [&](const Peg& peg, double from, double to, double widerMm) {

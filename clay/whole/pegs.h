@@ -22,6 +22,13 @@ struct Peg {
   double diameterMm = 0, depthMm = 0;
 };
 
+struct PegPlan {
+  std::vector<Peg> pegs;
+  int areas = 0, without = 0;  ///< Of the cut, and those of them that have no room for a peg.
+};
+/// Where cutWithPegs() sets its pegs, without cutting. Throws as that does. Cost: the area of the cut in voxels.
+[[nodiscard]] PegPlan planPegs(const Version& version, const PegOptions& options, const WorkPart& part);
+
 struct PeggedHalves {
   Version front, back;  ///< What the normal points to, with holes; the rest, with pegs, or holes too.
   std::vector<Peg> pegs;

@@ -81,6 +81,8 @@ struct ExportChoice {
   int surface = 0;  ///< 0 fine, 1 draft.
   bool recentre = false, putBack = false, draco = false;
   std::string folder, name;
+  std::string proposed;               ///< The name as it was proposed last,
+  uint64_t of = 0;                    ///< for this document: FileState::opened.
   std::vector<std::string> existing;  ///< Files that would be written over: asked about.
 };
 
@@ -116,6 +118,7 @@ struct PrintPage {
   struct Result {
     std::optional<engine::PrintReport> report;
     std::optional<engine::PullReport> pull;  ///< Of what is cast; places as the piece lies.
+    bool bestPull = false;                   ///< That pull was looked for.
     /// Pieces that it meets, by name; nothing where it is alone.
     std::optional<std::vector<std::pair<std::string, engine::PiecesMeet>>> meets;
     std::string problem;
@@ -130,6 +133,7 @@ struct PrintPage {
   std::optional<engine::DraftLimit> draft;
   std::shared_ptr<Result> result, shown;
   engine::PrintProcess shownOf;
+  std::optional<Vec3d> bestPull;               ///< As it was found last.
   std::optional<engine::CheckLimits> told;     ///< What the workbench colours.
   std::unique_ptr<engine::BackgroundJob> job;  ///< Last: it fills the result.
 };
@@ -143,6 +147,18 @@ struct StartPage {
   std::shared_ptr<std::vector<render::Image>> pictures;
   bool sent = false;                               ///< Whoever has the renderer took them.
   std::unique_ptr<engine::BackgroundJob> reading;  ///< Last: it fills the pictures.
+};
+
+/// Places of the pegs of a cut that is asked about.
+struct PegPreview {
+  struct Result {
+    clay::PegPlan plan;  ///< In the world.
+    std::string problem;
+  };
+  clay::Version of;  ///< Of this clay, with
+  engine::PieceArguments arguments;
+  std::shared_ptr<Result> result;
+  std::unique_ptr<engine::BackgroundJob> job;  ///< Last: it fills the result.
 };
 
 struct Memory {
@@ -162,6 +178,8 @@ struct Memory {
   engine::Id renaming = 0;
   bool renameBegun = false;
   std::string renameText;
+  const void* middleOf = nullptr;  ///< The clay or the mesh that `middleMm` was measured of.
+  Vec3d middleMm = Vec3d::Zero();
   size_t historyShown = SIZE_MAX;  ///< The step that was scrolled to last.
 
   std::string paletteTyped;
@@ -184,6 +202,7 @@ struct Memory {
   std::optional<engine::MachineSpeed> machine;
   Operation operation;
   std::map<std::string_view, engine::PieceArguments> operations;  ///< As they were begun last, by id.
+  PegPreview pegs;
   ExportChoice exporting;
   bool importAsPart = false;
   AskedModel asked;
@@ -276,6 +295,9 @@ void drawExport(Context& context, Memory& memory);
 void drawNewClay(Context& context, Memory& memory);
 void beginOperation(Context& context, Memory& memory, std::string_view id);
 void drawOperation(Context& context, Memory& memory);
+/// Shows where the pegs of the cut that is asked about would stand, within its dialog; why there are none, a sentence,
+/// or nothing. `piece`: that is cut; null: nothing is asked about.
+[[nodiscard]] std::string followPegs(Context& context, Memory& memory, const engine::Piece* piece);
 void drawFiles(Context& context, Memory& memory);
 /// Opens the dialog that StudioState::wishes names.
 void serveWishes(Context& context, Memory& memory);

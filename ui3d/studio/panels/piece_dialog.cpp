@@ -207,6 +207,29 @@ std::string drawPrice(const engine::Document& document, Operation& operation, co
   return operation.price->problem;
 }
 
+// The bed and the pull are those of the print check: what is chosen here is chosen there. `back`: from the operation.
+void sharePrintChoice(const engine::PieceJob& row, engine::PieceArguments& arguments, PrintChoice& print, bool back) {
+  const auto share = [&](string_view id, double& value) {
+    for (const Parameter& parameter : row.parameters) {
+      if (parameter.id != id) continue;
+      if (back)
+        value = parameter.get(arguments);
+      else
+        parameter.change(arguments, value);
+    }
+  };
+  if (row.id == "nest") {
+    share("width", print.bedMm.x());
+    share("depth", print.bedMm.y());
+  }
+  if (row.id != "mould") return;
+  // There the best pull comes first, and nothing is not cast.
+  double pull = print.pull == PrintChoice::kBestPull ? 0 : print.pull;
+  if (!back && print.pull == 0) return;
+  share("pull", pull);
+  if (back) print.pull = pull == 0 ? PrintChoice::kBestPull : int(std::lround(pull));
+}
+
 }  // namespace
 
 void beginOperation(Context& context, Memory& memory, std::string_view id) {
@@ -226,6 +249,7 @@ void beginOperation(Context& context, Memory& memory, std::string_view id) {
     if (parameter.id == "voxel" && piece && piece->version)
       parameter.change(operation.arguments, piece->version.grid().voxelMm);
   }
+  sharePrintChoice(*row, operation.arguments, context.state.print, false);
   memory.operation = std::move(operation);
 }
 
@@ -257,8 +281,10 @@ void followGrown(Context& context, const Operation& asked, bool valid) {
 void drawOperation(Context& context, Memory& memory) {
   Operation& operation = memory.operation;
   bool open = operation.row != nullptr;
-  if (!kit::beginDialog("Operation", open ? operation.row->name.data() : "Operation", kWidth, 0, &open))
+  if (!kit::beginDialog("Operation", open ? operation.row->name.data() : "Operation", kWidth, 0, &open)) {
+    (void)followPegs(context, memory, nullptr);
     return followGrown(context, operation, false);
+  }
   const engine::PieceJob& row = *operation.row;
   kit::wrapped(row.help, colours().dim);
   kit::gap(4);
@@ -277,6 +303,8 @@ void drawOperation(Context& context, Memory& memory) {
     drawCost(*context.now.document, operation);
     problem = drawPrice(*context.now.document, operation, speedOf(memory));
   }
+  if (const std::string none = followPegs(context, memory, problem.empty() ? piece : nullptr); !none.empty())
+    problem = kit::sentence(none);
   if (!problem.empty()) kit::wrapped(problem, colours().warning);
   kit::gap(6);
   const float wide = std::max(96.0f, kit::buttonWidth(row.name));
@@ -286,6 +314,7 @@ void drawOperation(Context& context, Memory& memory) {
   ImGui::BeginDisabled(!problem.empty());
   if (kit::button(row.name, kit::Weight::chief, wide)) {
     memory.operations[row.id] = operation.arguments;
+    sharePrintChoice(row, operation.arguments, context.state.print, true);
     context.bench.operate(std::string(row.id), operation.arguments);
     context.state.growing = grownBy(row, operation.arguments);
     if (context.state.growing) context.state.growing->before = piece->version;

@@ -27,12 +27,16 @@ PrintProcess processOf(const PrintChoice& choice) {
   process.wallMm = choice.wallMm;
   process.gapMm = choice.gapMm;
   process.outletMm = choice.outletMm;
+  process.bedMm = choice.bedMm;
   return process;
 }
 
+// Zero: the best pull, which is to be found.
 std::optional<engine::DraftLimit> draftOf(const PrintChoice& choice) {
   if (choice.pull == 0) return std::nullopt;
-  return engine::DraftLimit{Vec3d::Unit(choice.pull - 1), choice.draftDegrees};
+  return engine::DraftLimit{
+      choice.pull == PrintChoice::kBestPull ? Vec3d(Vec3d::Zero()) : Vec3d(Vec3d::Unit(choice.pull - 1)),
+      choice.draftDegrees};
 }
 
 // What is in the way of a mould, of the piece as it lies.
@@ -40,14 +44,17 @@ engine::PullReport pulled(const clay::Version& version, const haptics::Pose& pos
                           Job& job) {
   clay::Surface surface(false);
   surface.update(version);
-  engine::PullReport report = engine::checkPull(surface.toMesh(), kUneven * version.grid().voxelMm,
-                                                Vec3d(pose.rotation.conjugate() * draft.pull), draft.degrees, &job);
+  std::optional<Vec3d> along;
+  if (!draft.pull.isZero(0)) along = Vec3d(pose.rotation.conjugate() * draft.pull);
+  engine::PullReport report =
+      engine::checkPull(surface.toMesh(), kUneven * version.grid().voxelMm, along, draft.degrees, &job);
+  report.pull = pose.rotation * report.pull;
   for (engine::Undercut& each : report.undercuts) each.atMm = pose.apply(each.atMm);
   return report;
 }
 
 bool alike(const PrintProcess& a, const PrintProcess& b) {
-  return a.id == b.id && a.wallMm == b.wallMm && a.gapMm == b.gapMm && a.outletMm == b.outletMm;
+  return a.id == b.id && a.wallMm == b.wallMm && a.gapMm == b.gapMm && a.outletMm == b.outletMm && a.bedMm == b.bedMm;
 }
 bool alike(const haptics::Pose& a, const haptics::Pose& b) {
   return a.translation == b.translation && a.rotation.coeffs() == b.rotation.coeffs();
@@ -116,6 +123,7 @@ void follow(const Context& context, Memory& memory, const engine::Piece& piece, 
       if (all.pieces.size() > 1) result->meets = all.meets(process.gapMm, job);
       result->report = engine::checkPrint(version, pose, process, &job);
       if (draft) result->pull = pulled(version, pose, *draft, job);
+      result->bestPull = draft && draft->pull.isZero(0);
     } catch (const Cancelled&) {
       throw;
     } catch (const std::exception& error) {
@@ -183,6 +191,8 @@ void list(Context& context, const PrintProcess& process, const PrintReport& repo
 void list(Context& context, const engine::PullReport& report) {
   const Colours& c = colours();
   const auto& undercuts = report.undercuts;
+  kit::fact("Pulled along",
+            fmt::format("{:.2f}, {:.2f}, {:.2f}", report.pull.x() + 0.0, report.pull.y() + 0.0, report.pull.z() + 0.0));
   kit::fact("Undercuts", undercuts.empty() ? "none" : std::to_string(undercuts.size()),
             undercuts.empty() ? 0 : c.warning);
   for (size_t i = 0; i < std::min(kMostPlaces, undercuts.size()); ++i)
@@ -213,6 +223,7 @@ void printPanel(Context& context, Memory& memory) {
     choice.wallMm = engine::printProcesses()[size_t(choice.process)].wallMm;
     choice.gapMm = engine::printProcesses()[size_t(choice.process)].gapMm;
     choice.outletMm = engine::printProcesses()[size_t(choice.process)].outletMm;
+    choice.bedMm = engine::printProcesses()[size_t(choice.process)].bedMm;
   }
   const PrintProcess& standard = engine::printProcesses()[size_t(choice.process)];
   kit::number({"wall", "Walls", "Thinner ones break or are not made.", "mm", 0.05, 20, standard.wallMm, true},
@@ -221,11 +232,21 @@ void printPanel(Context& context, Memory& memory) {
   kit::number({"outlet", "Ways out", "What is in a hollow does not leave it by narrower ones. 0: not looked for.", "mm",
                0, 20, standard.outletMm, false},
               choice.outletMm);
+  constexpr double kMostBedMm = 100000;
+  kit::number(
+      {"bed width", "Bed width", "Width of the printer's bed, which is drawn on the ground; Nest uses the same.", "mm",
+       1, kMostBedMm, standard.bedMm.x(), true},
+      choice.bedMm.x());
+  kit::number({"bed depth", "Bed depth", "Depth of the bed.", "mm", 1, kMostBedMm, standard.bedMm.y(), true},
+              choice.bedMm.y());
+  kit::number({"bed height", "Bed height", "Height to which it prints.", "mm", 1, kMostBedMm, standard.bedMm.z(), true},
+              choice.bedMm.z());
   kit::toggle("Show on the clay", choice.shown,
               "Thin walls red to yellow, narrow gaps violet to blue, as the clay is worked on.");
-  constexpr std::array<std::string_view, 4> kPulls{"not cast", "along X", "along Y", "along Z"};
+  constexpr std::array<std::string_view, 5> kPulls{"not cast", "along X", "along Y", "along Z", "along the best pull"};
   kit::choice("From a mould", kPulls, choice.pull,
-              "Two halves come off along this axis. Undercuts are magenta, faces with too little draft green.");
+              "Two halves come off along this direction; the best is the one that Mould finds. Undercuts are magenta, "
+              "faces with too little draft green.");
   if (choice.pull != 0)
     kit::number({"draft", "Draft", "Faces nearer to the axis than this stick.", "°", 0.1, 45, 2, true},
                 choice.draftDegrees);
@@ -265,12 +286,23 @@ void followPrint(Context& context, Memory& memory) {
     page.seen = page.version = {};
     page.result = page.shown = nullptr;
   }
+  context.state.bedShown = isSeen(memory.layout, context.state, *findPanel("print")) ||
+                           (memory.operation.row && memory.operation.row->id == "nest");
   const PrintChoice& choice = context.state.print;
   std::optional<engine::CheckLimits> limits;
   if (choice.shown) limits = engine::CheckLimits{choice.wallMm, choice.gapMm};
   if (choice.pull != 0) {
     if (!limits) limits.emplace();
     limits->draft = draftOf(choice);
+    // Until the best pull is found, and while the panel is away, the last one that was found is shown.
+    if (limits->draft->pull.isZero(0)) {
+      if (page.shown && page.shown->pull && page.shown->bestPull) page.bestPull = page.shown->pull->pull;
+      if (page.bestPull)
+        limits->draft->pull = *page.bestPull;
+      else
+        limits->draft.reset();
+      if (!limits->draft && !choice.shown) limits.reset();
+    }
   }
   if (limits == memory.print.told || ImGui::IsMouseDown(ImGuiMouseButton_Left)) return;  // a drag goes on
   context.bench.showChecks(memory.print.told = limits);

@@ -19,8 +19,14 @@ constexpr double kEdgeOn = 0.12;  // Sine: an arc seen from its edge cannot be d
 
 /// Lines that are made for a dark ground are pale on a light one.
 render::Colour onGround(render::Colour c, const World& world) {
-  constexpr float kDarker = 0.68f;
-  return world.state.look.lightBackground ? render::Colour{kDarker * c.r, kDarker * c.g, kDarker * c.b, c.a} : c;
+  constexpr float kDarker = 0.68f, kMostLuminance = 0.2f;  // contrast with a light ground of 3 at least
+  if (!world.state.look.lightBackground) return c;
+  const auto darken = [&](float by) { c = {by * c.r, by * c.g, by * c.b, c.a}; };
+  darken(kDarker);
+  // Nearly linear light: good enough to tell pale from dark.
+  const auto luminance = [&] { return 0.2126f * c.r * c.r + 0.7152f * c.g * c.g + 0.0722f * c.b * c.b; };
+  if (const float now = luminance(); now > kMostLuminance) darken(std::sqrt(kMostLuminance / now));
+  return c;
 }
 
 render::Colour darker(render::Colour c) {
@@ -219,7 +225,9 @@ Build buildAll(const World& world, const engine::Document& shown, const std::opt
   }
   buildSymmetry(build);
   buildSection(build);
-  if (state.showWorkspaceBox) buildWorkspaceBox(build);
+  if (world.reachMm.minCoeff() > 0) buildWorkspaceBox(build);
+  if (state.bedShown) buildPrintBed(build);
+  buildPegs(build);
   buildLattice(build);
   buildDrawnCurve(build);
 

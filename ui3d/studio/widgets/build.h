@@ -85,6 +85,11 @@ void buildGuide(Build& build, const engine::Guide& guide, const Stance& stance);
 void buildSection(Build& build);
 void buildSymmetry(Build& build);
 void buildWorkspaceBox(Build& build);
+void buildPrintBed(Build& build);
+void buildPegs(Build& build);
+/// Where the bed's middle lies on the ground: below the middle of what is seen, or, where that is larger, with its
+/// corner.
+[[nodiscard]] Vec3d printBedMiddle(const render::Box& clay, const Vec3d& bedMm);
 void buildLattice(Build& build);
 void buildDrawnCurve(Build& build);
 /// For the selected thing, about `pivot`. `axes`: unit, right-handed.
