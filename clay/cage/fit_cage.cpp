@@ -1,6 +1,7 @@
 #include "clay/cage/fit_cage.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <iterator>
 #include <optional>
@@ -26,6 +27,24 @@ constexpr int kTrySpan = 2, kPerSpan = 8;  // places along a span that deviation
 constexpr size_t kFirstQuads = 500, kFewestQuads = 24, kMostCounts = 6;
 constexpr double kLeastStep = 1.25, kMostStep = 4;
 constexpr double kMostOfMost = 3;  // an outlier may be so many times as far as 99 of 100 places
+
+// Adds the time until it goes to a sum.
+class Timed {
+ public:
+  explicit Timed(double& sum) : sum_(sum) {}
+  ~Timed() { sum_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
+  Timed(const Timed&) = delete;
+  Timed& operator=(const Timed&) = delete;
+
+ private:
+  double& sum_;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
+template <class Work>
+auto timed(double& sum, const Work& work) {
+  const Timed here(sum);
+  return work();
+}
 
 double scoreOf(const PatchDeviation& deviation) {
   double score = 0;
@@ -80,6 +99,7 @@ struct TriedCages {
     WishesMet met;
   };
   std::vector<Tried> cages;
+  FitTimes& times;
 
   [[nodiscard]] bool none() const { return cages.empty(); }
   // Throws where no cage is possible; with `elsewhere`, one of another kind, it is content with none.
@@ -103,14 +123,17 @@ struct TriedCages {
     for (int i = 0; i < tries || (i < mostTries && folded); ++i) {
       const int left = i < tries ? tries : mostTries;
       const WorkPart own = part.part(double(i) / left, double(i + 1) / left);
-      CoarseCage made = maker.make(own.part(0, 0.3));
-      const WishesMet met = maker.settle(made.mesh);
-      const PatchSurface surface =
-          fittedNet(made.mesh, maker.surface(), maker.tree(), maker.creases(), kTry, threads, own.part(0.3, 0.8));
-      const PatchDeviation deviation = deviationOf(surface, maker.surface(), kTrySpan, threads, own.part(0.8, 0.9));
+      CoarseCage made = timed(times.cages, [&] { return maker.make(own.part(0, 0.3)); });
+      const WishesMet met = timed(times.cages, [&] { return maker.settle(made.mesh); });
+      const PatchSurface surface = timed(times.fits, [&] {
+        return fittedNet(made.mesh, maker.surface(), maker.tree(), maker.creases(), kTry, threads, own.part(0.3, 0.8));
+      });
+      const PatchDeviation deviation = timed(times.measuring, [&] {
+        return deviationOf(surface, maker.surface(), kTrySpan, threads, own.part(0.8, 0.9));
+      });
       folded = folded && !deviation.foldsMm.empty();
       cages.push_back({std::move(made), costOf(deviation), deviation.foldsMm.size(), met});
-      maker.refine(offOf(maker, surface));
+      maker.refine(timed(times.measuring, [&] { return offOf(maker, surface); }));
       own.step(1);
     }
   }
@@ -118,15 +141,19 @@ struct TriedCages {
 
 FittedPatches fitted(const Version& version, size_t most, double limitMm, int threads, const WorkPart& part,
                      const CageWishes& wishes) {
-  TriedCages tried;
-  CageMaker maker(version, most, true, threads, part.part(0, 0.05), {}, wishes);
+  FittedPatches result;
+  FitTimes times;
+  TriedCages tried{{}, times};
+  CageMaker maker =
+      timed(times.cages, [&] { return CageMaker(version, most, true, threads, part.part(0, 0.05), {}, wishes); });
   const bool creased = !maker.creases().empty();
   tried.take(creased, maker, kTries, kMostTries, threads, part.part(0.05, creased ? 0.45 : 0.6));
   if (creased &&
       (tried.none() || !std::isfinite(tried.cages.front().cost) || tried.cages.front().folds >= kMostFarPlaces)) {
     // Creases that cannot be drawn without folds wherever one looks are rounded.
-    CageMaker smooth(version, most, false, threads, part.part(0.45, 0.5), {}, wishes);
-    TriedCages others;
+    CageMaker smooth =
+        timed(times.cages, [&] { return CageMaker(version, most, false, threads, part.part(0.45, 0.5), {}, wishes); });
+    TriedCages others{{}, times};
     others.take(!tried.none(), smooth, kTries, kTries, threads, part.part(0.5, 0.6));
     std::move(others.cages.begin(), others.cages.end(), std::back_inserter(tried.cages));
     tried.sort();
@@ -143,7 +170,6 @@ FittedPatches fitted(const Version& version, size_t most, double limitMm, int th
   const TriangleMesh& clay = fineTree ? fine : maker.surface();
   const NearestTriangle& tree = fineTree ? *fineTree : maker.tree();
   // A try says roughly what a cage is good for: as long as patches fold the next one is fitted in full as well.
-  FittedPatches result;
   double least = INFINITY;
   for (size_t i = 0; i < std::min(kMostFits, tried.cages.size()); ++i) {
     TriedCages::Tried& each = tried.cages[i];
@@ -151,8 +177,11 @@ FittedPatches fitted(const Version& version, size_t most, double limitMm, int th
     // Creases are not given up for a fold.
     if (i > 0 && hasCreases(result.cage.mesh) && !hasCreases(each.cage.mesh)) continue;
     const WorkPart own = part.part(1 - 0.4 / double(1 << i), 1 - 0.2 / double(1 << i));
-    PatchSurface surface = fittedNet(each.cage.mesh, clay, tree, maker.creases(), kInFull, threads, own.part(0, 0.75));
-    PatchDeviation deviation = deviationOf(surface, clay, kPerSpan, threads, own.part(0.75, 1), limitMm);
+    PatchSurface surface = timed(times.fits, [&] {
+      return fittedNet(each.cage.mesh, clay, tree, maker.creases(), kInFull, threads, own.part(0, 0.75));
+    });
+    PatchDeviation deviation = timed(
+        times.measuring, [&] { return deviationOf(surface, clay, kPerSpan, threads, own.part(0.75, 1), limitMm); });
     const double cost = costOf(deviation);
     if (i > 0 && !(cost < least)) continue;
     least = cost;
@@ -162,6 +191,7 @@ FittedPatches fitted(const Version& version, size_t most, double limitMm, int th
     result.surface = std::move(surface);
     result.deviation = std::move(deviation);
   }
+  result.times = times;
   part.step(1);
   return result;
 }
@@ -179,6 +209,7 @@ FittedPatches fitPatchesWithin(const Version& version, double errorMm, size_t mo
                                std::vector<PatchTry>& tries, const CageWishes& wishes) {
   if (!(errorMm > 0) || !std::isfinite(errorMm)) throw Error("the error of patches is a length above zero");
   FittedPatches best;
+  FitTimes all;
   double bestMissed = HUGE_VAL;  // above 1: not within
   size_t tooFew = 0;
   for (size_t quads = std::min(kFirstQuads, most), i = 0; i < kMostCounts; ++i) {
@@ -186,6 +217,9 @@ FittedPatches fitPatchesWithin(const Version& version, double errorMm, size_t mo
     size_t next = 0;
     try {
       FittedPatches now = fitted(version, quads, errorMm, threads, own, wishes);
+      all.cages += now.times.cages;
+      all.fits += now.times.fits;
+      all.measuring += now.times.measuring;
       tries.push_back({now.surface.patches.size(), now.deviation.mostMm(), now.deviation.boundMm});
       const double missed = std::max(tries.back().mostMm, tries.back().boundMm) / errorMm;
       // Of those within it the fewest, else the nearest.
@@ -214,6 +248,7 @@ FittedPatches fitPatchesWithin(const Version& version, double errorMm, size_t mo
     if (next == quads || next <= tooFew || (bestMissed <= 1 && !pays)) break;
     quads = next;
   }
+  best.times = all;
   part.step(1);
   return best;
 }

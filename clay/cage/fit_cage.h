@@ -8,12 +8,19 @@
 
 namespace argil::clay {
 
+/// Seconds on the clock that went into drawing cages, fitting patches to the clay and measuring how far they lie off,
+/// of all tries together.
+struct FitTimes {
+  double cages = 0, fits = 0, measuring = 0;
+};
+
 struct FittedPatches {
   PatchSurface surface;
   CoarseCage cage;
   size_t irregular = 0;  ///< Vertices of the cage where other than four quads meet.
   PatchDeviation deviation;
   WishesMet met;
+  FitTimes times;
 };
 
 /// A cage of at most `most` quads, and one patch for each, as near to the clay as they come. The cage is made three

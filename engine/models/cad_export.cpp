@@ -16,6 +16,11 @@
 #include "io/cad/step_file.h"
 
 namespace argil::engine {
+namespace {
+
+constexpr double kWorthTellingS = 10;  // Who waited no longer does not ask where the time went.
+
+}  // namespace
 
 std::vector<std::string> writeCad(const std::filesystem::path& file, const Document& document, const ModelExport& what,
                                   Job* job) {
@@ -52,6 +57,12 @@ std::vector<std::string> writeCad(const std::filesystem::path& file, const Docum
         "clay to them {:.2g}, {:.2g}, {:.2g} (bound of both ways {:.2g}); {} corners where other than four meet.",
         piece.name, made.surface.patches.size(), there.rms, there.p99, clay::roundedUp(there.max), back.rms, back.p99,
         clay::roundedUp(back.max), clay::roundedUp(made.deviation.boundMm), made.irregular));
+    const clay::FitTimes& spent = made.times;
+    if (const double tookS = spent.cages + spent.fits + spent.measuring; tookS > kWorthTellingS)
+      sentences.push_back(
+          fmt::format("{}: took {:.0f} s: {:.0f} to draw quads around it, {:.0f} to fit smooth faces, "
+                      "{:.0f} to measure how far they lie off.",
+                      piece.name, tookS, spent.cages, spent.fits, spent.measuring));
     std::ranges::move(wishWords(document, piece, what, made.met), std::back_inserter(sentences));
     const auto placesOf = [&](const auto& places, const auto& told) {
       std::string text;
