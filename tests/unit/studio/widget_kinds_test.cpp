@@ -2,11 +2,17 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <numbers>
 
 #include "clay/base/error.h"
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
 #include "haptics/contact/guides.h"
 #include "tests/unit/studio/widget_rig.h"
+#include "ui3d/studio/widgets/build.h"
+#include "ui3d/studio/widgets/picture_labels.h"
 
 namespace argil::studio {
 namespace {
@@ -215,6 +221,93 @@ TEST(WidgetKinds, TheWorkspaceBoxIsWhatTheDeviceReaches) {
   EXPECT_GT(rig.state.workspace.pose.rotation.angularDistance(Eigen::Quaterniond::Identity()), 0.05);
   EXPECT_LT(rig.state.workspace.toWorld(Vec3d::Zero()).norm(), 1e-9) << "about its middle";
   EXPECT_EQ(rig.edits, 0);
+}
+
+// While a tool is in hand a drag is a stroke, also where a fresh guide lies.
+TEST(WidgetKinds, ABrushInHandMovesGuidesByTheirHandlesAlone) {
+  using Kind = engine::Guide::Kind;
+  for (const Kind kind : {Kind::line, Kind::keepOutBox, Kind::ruler, Kind::plane, Kind::curve, Kind::angle}) {
+    SCOPED_TRACE(int(kind));
+    Rig rig(kIso);
+    rig.document = engine::Document::of(clay::makeSphere(clay::Store::make(), clay::Grid{1.0}, Vec3d::Zero(), 20));
+    engine::Guide guide;
+    guide.kind = kind;
+    if (kind == Kind::ruler || kind == Kind::curve) guide.pointsMm = {{-30, 0, 40}, {30, 0, 40}};
+    if (kind == Kind::angle) guide.pointsMm = {{-30, 0, 40}, {0, 0, 40}, {0, 30, 40}};
+    if (guide.pointsMm.empty()) guide.pose.translation = Vec3d(0, 0, 40);
+    (void)rig.add(guide);
+    World world = rig.world();
+    size_t bodies = 0;
+    const std::vector<Handle> handles = rig.widgets.handles(world);
+    for (const bool clay : {true, false}) {
+      rig.clayRadius = clay ? 500 : 0;  // all over the picture, or nowhere
+      for (const Handle& each : handles) {
+        if (!each.body || each.points.size() < 2) continue;
+        ++bodies;
+        const Vec3d on = 0.7 * each.points[0] + 0.3 * each.points[1];
+        const bool nearHandle = std::any_of(handles.begin(), handles.end(), [&](const Handle& other) {
+          return !other.body && std::any_of(other.points.begin(), other.points.end(), [&](const Vec3d& p) {
+            return (rig.place(p) - rig.place(on)).norm() < 0.04;
+          });
+        });
+        if (nearHandle) continue;
+        rig.state.gizmo = GizmoMode::none;
+        EXPECT_FALSE(rig.hand(rig.at(on, true))) << each.name << (clay ? " over clay" : " beside it");
+        (void)rig.hand(rig.at(on, false));
+      }
+    }
+    EXPECT_GT(bodies, 0u);
+    EXPECT_EQ(rig.edits, 0);
+  }
+  // Its handles do, and with those of Move so does its body.
+  Rig rig(kIso);
+  rig.document = engine::Document::of(clay::makeSphere(clay::Store::make(), clay::Grid{1.0}, Vec3d::Zero(), 20));
+  engine::Guide line;
+  line.kind = Kind::line;
+  line.pose.translation = Vec3d(0, 0, 40);
+  (void)rig.add(line);
+  const Vec3d end = rig.handle("end", 1).anchor;
+  EXPECT_TRUE(rig.hand(rig.at(end, true)));
+  (void)rig.hand(rig.at(end, false));
+  rig.state.gizmo = GizmoMode::move;
+  const Vec3d on = 0.75 * rig.handle("end", 1).anchor + 0.25 * rig.handle("end", 0).anchor;
+  EXPECT_TRUE(rig.hand(rig.at(on, false)));
+}
+
+TEST(WidgetKinds, TheBedLiesBelowTheClayAndIsTheOneThatIsChecked) {
+  Rig rig(kIso);
+  rig.state.bedShown = true;
+  rig.state.print.bedMm = {120, 110, 150};
+  World world = rig.world();
+  render::Overlays overlays;
+  rig.widgets.draw(world, overlays);
+  render::Box drawn;
+  for (const auto& line : overlays.polylines)
+    for (const Vec3d& p : line.pointsMm) drawn.add(p);
+  EXPECT_LT((drawn.size() - Vec3d(120, 110, 150)).norm(), 1e-9);
+  EXPECT_NEAR(drawn.min.z(), world.bounds.min.z(), 1e-9) << "on the ground";
+  EXPECT_LT((drawn.centre() - world.bounds.centre()).head<2>().norm(), 1e-9);
+  // Clay of 100 mm does not fit on 90: it begins at the bed's corner, as nested pieces do.
+  const Vec3d middle = printBedMiddle(world.bounds, {90, 200, 50});
+  EXPECT_NEAR(middle.x(), world.bounds.min.x() + 45, 1e-9);
+  EXPECT_NEAR(middle.y(), world.bounds.centre().y(), 1e-9);
+}
+
+TEST(PictureLabels, CanBeReadInBothThemes) {
+  const auto linear = [](double c) { return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4); };
+  const auto luminance = [&](const render::Colour& c) {
+    return 0.2126 * linear(double(c.r)) + 0.7152 * linear(double(c.g)) + 0.0722 * linear(double(c.b));
+  };
+  for (const Theme theme : {Theme::dark, Theme::light}) {
+    const render::Colour ground =
+        theme == Theme::light ? render::Colour{1, 1, 1, 1} : render::Colour{20 / 255.f, 22 / 255.f, 26 / 255.f, 1};
+    for (float r = 0; r <= 1; r += 0.25f)
+      for (float g = 0; g <= 1; g += 0.25f)
+        for (float b = 0; b <= 1; b += 0.25f) {
+          const double ink = luminance(readableOn({r, g, b, 1}, theme)), back = luminance(ground);
+          EXPECT_GE((std::max(ink, back) + 0.05) / (std::min(ink, back) + 0.05), 4.5) << r << ' ' << g << ' ' << b;
+        }
+  }
 }
 
 // Placing

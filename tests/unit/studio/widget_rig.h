@@ -31,6 +31,7 @@ class Rig {
     world.timeS = timeS;
     world.bounds = box(100);
     world.toolRadiusMm = 3;
+    if (state.showWorkspaceBox) world.reachMm = Vec3d::Constant(100);
     if (clayRadius > 0) {
       world.pick = [this](const Vec3d& origin, const Vec3d& direction) -> std::optional<render::Cursor::Footprint> {
         const double b = origin.dot(direction), c = origin.squaredNorm() - clayRadius * clayRadius, d = b * b - c;

@@ -14,7 +14,31 @@ namespace {
 constexpr float kMargin = 20;  // From the corner of the free part.
 constexpr float kTick = 4;
 
+constexpr double kLeastContrast = 4.5;  // WCAG 2.1, text of usual size.
+
+double luminance(double r, double g, double b) {
+  const auto linear = [](double part) {
+    part = std::clamp(part, 0.0, 1.0);
+    return part <= 0.04045 ? part / 12.92 : std::pow((part + 0.055) / 1.055, 2.4);
+  };
+  return 0.2126 * linear(r) + 0.7152 * linear(g) + 0.0722 * linear(b);
+}
+
 }  // namespace
+
+render::Colour readableOn(const render::Colour& ink, Theme theme) {
+  const bool light = theme == Theme::light;
+  const double ground = light ? 1 : luminance(20 / 255.0, 22 / 255.0, 26 / 255.0);
+  const auto contrast = [&](const render::Colour& c) {
+    const double mine = luminance(double(c.r), double(c.g), double(c.b));
+    return (std::max(mine, ground) + 0.05) / (std::min(mine, ground) + 0.05);
+  };
+  render::Colour readable = ink;
+  for (int step = 0; step < 32 && contrast(readable) < kLeastContrast; ++step)
+    for (float* part : {&readable.r, &readable.g, &readable.b})
+      *part = light ? 0.9f * *part : *part + 0.1f * (1 - *part);
+  return readable;
+}
 
 void drawLabel(const Widgets::Label& label, Theme theme) {
   const auto byte = [](float part) { return ImU32(std::lround(255 * std::clamp(part, 0.0f, 1.0f))); };
@@ -23,7 +47,8 @@ void drawLabel(const Widgets::Label& label, Theme theme) {
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
   list.AddRectFilled(ImVec2(at.x - 6, at.y - 3), ImVec2(at.x + size.x + 6, at.y + size.y + 3),
                      theme == Theme::light ? IM_COL32(255, 255, 255, 225) : IM_COL32(20, 22, 26, 215), 4);
-  list.AddText(at, IM_COL32(byte(label.colour.r), byte(label.colour.g), byte(label.colour.b), 255), label.text.c_str());
+  const render::Colour ink = readableOn(label.colour, theme);
+  list.AddText(at, IM_COL32(byte(ink.r), byte(ink.g), byte(ink.b), 255), label.text.c_str());
 }
 
 void drawScaleBar(const render::View& view, const std::array<float, 4>& free, float width, float height,

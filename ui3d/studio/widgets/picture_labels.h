@@ -10,7 +10,10 @@
 
 namespace argil::studio {
 
-/// Centred on its place, on a plate that keeps it readable over any clay. Within a frame of ImGui.
+/// The colour as it can be read on the label's ground in that theme: darker or lighter where it has too little
+/// contrast.
+[[nodiscard]] render::Colour readableOn(const render::Colour& ink, Theme theme);
+/// Draws it centred on its place, on a plate that keeps it readable over any clay. Within a frame of ImGui.
 void drawLabel(const Widgets::Label& label, Theme theme);
 /// A length that is true in the plane through the view's target, and the spacing of the grid; bottom left in `free`
 /// (left, top, right, bottom). Sizes in interface units.

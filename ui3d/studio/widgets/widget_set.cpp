@@ -38,6 +38,12 @@ void overlay(Document& document, const Target& target, const Subject& subject) {
   }
 }
 
+// Whether a drag is a stroke of the tool, or turns the view: then guides are moved by their handles alone. Where the
+// handles of Move, Rotate and Scale are shown a guide can be grabbed anywhere.
+bool brushInHand(const World& world) {
+  return world.state.gizmo == GizmoMode::none && !world.state.deformBox && world.document.workedOn() != nullptr;
+}
+
 void mark(Build& build, const Snap& snap) {
   if (snap.highlight.size() > 1) build.line(snap.highlight, widget_colours::kSnap, 3.5f, render::Depth::xray);
   const auto& axes = build.world.screen.axes();
@@ -106,7 +112,10 @@ bool WidgetSet::handle(World& world, const Grip& grip) {
   if (grip.down && !pressed) return false;  // Pressed elsewhere: on clay, or on a panel.
 
   const Document document = shown(world);
-  const Build all = build(world, document);
+  Build all = build(world, document);
+  if (!grip.stylus && brushInHand(world))
+    std::erase_if(all.handles,
+                  [&](const Handle& each) { return each.body && document.guide(each.target.id) != nullptr; });
   const auto picked = pickHandle(all.handles, grip, world.screen, world.toolRadiusMm, [&] {
     if (grip.stylus) return true;  // What is not selected is not in the way of a stylus that cuts.
     return world.pick && world.pick(grip.origin, grip.direction).has_value();
@@ -211,7 +220,8 @@ void WidgetSet::complete(World& world) {
   expected_ = world.document.nextId;
   expectedUntilS_ = world.timeS + kSettleS;
   static constexpr std::array<const char*, 7> names{"plane", "line", "point", "curve", "box", "ruler", "angle"};
-  world.edit(fmt::format("Add a {}", names[size_t(guide->kind)]),
+  const std::string_view name = names[size_t(guide->kind)];
+  world.edit(fmt::format("Add {} {}", name.starts_with('a') ? "an" : "a", name),
              [guide = *guide](Document& document) { document.add(guide); }, {});
 }
 

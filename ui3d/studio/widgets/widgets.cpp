@@ -14,7 +14,8 @@ World worldOf(const Context& context) {
   const render::Renderer& renderer = context.renderer;
   const StudioState& state = context.state;
   engine::Workbench& bench = context.bench;
-  if (state.showWorkspaceBox) world.reachMm = bench.touch(false).sheet.workspaceMm;
+  // A mouse has no reach.
+  if (state.showWorkspaceBox && !bench.usesPointer()) world.reachMm = bench.touch(false).sheet.workspaceMm;
   world.pick = [&renderer, &state](const Vec3d& origin,
                                    const Vec3d& direction) -> std::optional<render::Cursor::Footprint> {
     const auto hit = renderer.pick(origin, direction, state.look.section);

@@ -19,9 +19,9 @@ struct World {
   StudioState& state;
   ScreenMap screen;
   double timeS = 0;
-  double toolRadiusMm = 5;       ///< Within it the tip of a stylus grabs.
-  render::Box bounds;            ///< Of all that is visible.
-  Vec3d reachMm{100, 100, 100};  ///< Edges of what the device reaches, at the hand.
+  double toolRadiusMm = 5;        ///< Within it the tip of a stylus grabs.
+  render::Box bounds;             ///< Of all that is visible.
+  Vec3d reachMm = Vec3d::Zero();  ///< Edges of the device's reach, at the hand, where it is shown; zero: it is not.
 
   PickSurface pick;                                 ///< Visible clay and parts, open where the section cuts.
   std::function<render::Box(engine::Id)> boundsOf;  ///< Of a piece or part, world.
