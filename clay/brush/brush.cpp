@@ -61,6 +61,7 @@ void Brush::check() const {
   within(round, 0, 1, "roundness");
   within(blend, 0, 64, "blend");
   within(height, 0, 4096, "height");
+  within(static_cast<float>(spread), 1, 64, "spread");
   within(leastWall, 0, 256, "least wall");
   within(angle, -3.15f, 3.15f, "angle");
   const auto by = [&](Method method) {

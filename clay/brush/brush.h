@@ -33,6 +33,10 @@ enum class Method : uint8_t {
   scrape,
   fill,
   flatten,
+  /// Clay is laid up to a plane that lies above the mean of the surface under the tip by Brush::height, a share a
+  /// stamp: a pass of the smooth falloff raises level clay by about the height, fills what lies below, and leaves what
+  /// stands above. Below zero the same downwards.
+  build,
   /// Along the normals of the surface: as it is now, without end; or, where Brush::limited or with an image, as it was
   /// when the stroke began, by Brush::height at most. Below zero it lowers.
   raise,
@@ -83,6 +87,7 @@ struct Brush {
   float round = 0.2f;                 ///< 0 to 1.
   float blend = 0;                    ///< Wax: 0 to 64; what is wider than the band counts as the band.
   float height = 1;                   ///< Raise: 0 to 4096; a smooth one reaches it in about ten stamps of strength 1.
+  double spread = 1;                  ///< Smooth: times the variance of a stamp's mean, 1 to 64: coarser bumps go.
   bool limited = false;               ///< Raise: what a stroke lays never exceeds the height, however often it passes.
   float angle = 0.5f;                 ///< Twist: radians over a whole turn of the tip's way, −3 to 3.
   std::array<uint8_t, 3> colour{};

@@ -116,6 +116,7 @@ std::unique_ptr<DistanceMethod> makeMethod(const StrokeContext& context) {
     case Method::scrape:
     case Method::fill:
     case Method::flatten:
+    case Method::build:
       return makeLevelling(context);
     case Method::raise:
       return context.brush->limited || context.brush->image ? makeRaising(context) : makeSwelling(context);

@@ -158,7 +158,7 @@ class DistanceMethod {
 [[nodiscard]] std::unique_ptr<DistanceMethod> makeSweep(const StrokeContext& context);
 // smooth, smoothKeep (smoothing.cpp)
 [[nodiscard]] std::unique_ptr<DistanceMethod> makeSmoothing(const StrokeContext& context);
-// scrape, fill, flatten (levelling.cpp)
+// scrape, fill, flatten, build (levelling.cpp)
 [[nodiscard]] std::unique_ptr<DistanceMethod> makeLevelling(const StrokeContext& context);
 // raise: with a limit or an image (raising.cpp), and without (swelling.cpp)
 [[nodiscard]] std::unique_ptr<DistanceMethod> makeRaising(const StrokeContext& context);

@@ -1,5 +1,5 @@
 // Towards a plane fitted to the surface under the tip: what stands above it goes (scrape), what lies below is filled,
-// or both.
+// or both. Build lays clay up to a plane above that surface, or takes it off down to one below.
 
 #include <algorithm>
 #include <array>
@@ -31,6 +31,12 @@ constexpr float kFar = 0.999f;
 constexpr int kMargin = 3;
 // Of the plane of the application before, what stays: a blade keeps its angle over bumps.
 constexpr double kKeep = 0.5;
+// Build: the share of the way to its plane that a stamp goes. The less it is, the higher the plane lies for the same
+// height of a pass: clay heaps up over several passes, and hollows fill more slowly.
+constexpr float kBuildShare = 0.2f;
+// Build: the plane is that of the surface within this part of the tip's radius, so that a bead as narrow as the tip
+// grows with every pass.
+constexpr double kBuildCore = 0.5;
 // From this radius on, voxels, the surface within a brick counts as one piece of the plane.
 constexpr double kLargeTip = 32;
 
@@ -41,12 +47,17 @@ class Levelling : public DistanceMethod {
         band_(context.band),
         rounds_(context.brush->quality.levelRounds),
         threads_(context.threads),
-        perStamp_(static_cast<float>(context.brush->perStamp)) {}
+        build_(context.operation.method == Method::build),
+        // What stamps build adds up, so that those that are farther apart lay more: the plane lies higher.
+        perStamp_(build_ ? 1.0f : static_cast<float>(context.brush->perStamp)),
+        above_(build_ ? raisedByStamp(*context.brush, context.operation) / kBuildShare : 0.0f) {}
 
   double reach(const Stamp& stamp) const override { return stamp.largestRadius(); }
   Renew leaves() const override { return Renew::all; }
   double travel(double) const override { return -1; }
   int parts(std::span<const Stamp> images) const override {
+    // The plane of a stamp that builds lies less than a part's way above the surface.
+    if (build_) return 1;
     return std::min(static_cast<int>(std::ceil(limitOf(images) / static_cast<double>(kMost))), kMostParts);
   }
   // All of the way each time: a part moves what the parts before it left too far from the plane.
@@ -74,7 +85,9 @@ class Levelling : public DistanceMethod {
   Operation operation_;
   float band_;
   int rounds_, threads_;
+  bool build_;
   float perStamp_;
+  float above_;                                // voxels that the plane lies above the surface, or below where it digs
   std::vector<std::optional<Fitted>> planes_;  // one for each image
   mutable int part_ = 0;                       // of the application in work, where it has several
   bool atGoal_ = false;                        // no part of it has anything left to move
@@ -168,11 +181,21 @@ Steps Levelling::begin(Sampler& before, std::span<const Stamp> images, std::span
   for (size_t i = 0; i < images.size(); ++i) {
     const std::optional<Fitted> was = planes_[i];
     std::vector<SurfacePart> samples;
-    for (size_t from = 0; from < bricks.size(); from += kBricksAStep) {
-      sampleAll(before, images[i], bricks.subspan(from, std::min(kBricksAStep, bricks.size() - from)), samples);
-      co_yield Steps::kPause;
+    std::optional<Fitted>& plane = planes_[i];
+    plane.reset();
+    // Where nothing lies under the core of a tip that builds, what lies under all of it serves.
+    for (const double part : {kBuildCore, 1.0}) {
+      if (plane || (part < 1 && !build_)) continue;
+      Stamp fitted = images[i];
+      fitted.radius *= part;
+      fitted.endRadius *= part;
+      samples.clear();
+      for (size_t from = 0; from < bricks.size(); from += kBricksAStep) {
+        sampleAll(before, fitted, bricks.subspan(from, std::min(kBricksAStep, bricks.size() - from)), samples);
+        co_yield Steps::kPause;
+      }
+      plane = fit(fitted, samples);
     }
-    std::optional<Fitted>& plane = planes_[i] = fit(images[i], samples);
     if (!plane || !was) continue;
     const Vec3d step = was->point - plane->point;
     // Another place, or another face: nothing to keep.
@@ -205,15 +228,17 @@ bool mayMove(const LevelPlane& plane, const BrickValues& now, float band, const 
 // stays as it is, and no lip grows from an edge.
 bool Levelling::brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const {
   if (atGoal_ || before.slot(coord).isTile()) return false;
-  // Below zero scraping fills and filling scrapes.
+  // Below zero scraping fills, and filling and building scrape.
   const bool down =
       operation_.method == Method::flatten || (operation_.method == Method::scrape) == (operation_.amount >= 0);
+  const float raised = down ? -above_ : above_;
   const bool up = operation_.method == Method::flatten || !down;
   const Vec3d middle = (coord * kBrickEdge).toVec3d() + Vec3d::Constant(3.5);
   // Whether a plane lies so that some voxel of the band may go its way.
   const bool moves = std::any_of(planes_.begin(), planes_.end(), [&](const std::optional<Fitted>& plane) {
     if (!plane) return false;
-    const double above = plane->normal.dot(middle - plane->point), far = static_cast<double>(band_) + kHalfDiagonal;
+    const double above = plane->normal.dot(middle - plane->point) - static_cast<double>(raised),
+                 far = static_cast<double>(band_) + kHalfDiagonal;
     return (down && above > -far) || (up && above < far);
   });
   if (!moves) return false;
@@ -238,11 +263,11 @@ bool Levelling::brick(Sampler& before, std::span<const Stamp> images, Coord coor
         .nx = static_cast<float>(normal.x()),
         .ny = static_cast<float>(normal.y()),
         .nz = static_cast<float>(normal.z()),
-        .offset = static_cast<float>((normal.x() * from.x() + normal.y() * from.y()) + normal.z() * from.z()),
+        .offset = static_cast<float>((normal.x() * from.x() + normal.y() * from.y()) + normal.z() * from.z()) + raised,
         .down = down,
         .up = up,
-        .share = std::abs(operation_.amount),
-        .most = most,
+        .share = build_ ? kBuildShare : std::abs(operation_.amount),
+        .most = build_ ? kMost / kBuildShare : most,
         .done = done};
     float weight[kBrickVoxels];
     imageWeights(images.subspan(image, 1), operation_.shape, coord, perStamp_, weight, rows);

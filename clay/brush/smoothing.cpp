@@ -25,6 +25,8 @@ constexpr double kGrain = 1.0 / (1 << 30);
 // From this radius on, voxels, applications are computed together: a brick lies under twenty of them. All three means
 // serve from there on.
 constexpr double kLargeTip = 32;
+// A stamp whose mean is to be wider than the widest is done again, at most so often: each costs as much as the first.
+constexpr int kMostRounds = 4;
 // Of means of means, 1, 2 and 4 voxels apart: of 3, 7 and 15 voxels, their variance along an axis half the sum of
 // squares.
 constexpr double kVariance[3] = {0.5, 2.5, 10.5};
@@ -51,8 +53,8 @@ UnbentPlane unbentPlane(int spacing, float band) {
 }
 
 // Variance along an axis that is asked of an application.
-double wantedVariance(double radius) {
-  return 0.5 * std::max(1.0, (radius / kFineRadius) * (radius / kFineRadius));
+double wantedVariance(double radius, double spread) {
+  return 0.5 * spread * std::max(1.0, (radius / kFineRadius) * (radius / kFineRadius));
 }
 
 using Row = Eigen::Array<float, kBrickVoxels, 1>;
@@ -63,18 +65,28 @@ class Smoothing : public DistanceMethod {
       : operation_(context.operation),
         band_(context.band),
         perStamp_(static_cast<float>(context.brush->perStamp)),
+        spread_(context.brush->spread),
         threads_(context.threads) {}
 
   Renew leaves() const override { return Renew::all; }
   double travel(double) const override { return -1; }
   // What is beyond the band stays.
   double moves(std::span<const Stamp> images) const override {
-    const bool together = operation_.method == Method::smooth && largestOf(images) >= kLargeTip;
+    const bool together = operation_.method == Method::smooth && spread_ == 1 && largestOf(images) >= kLargeTip;
     return together ? band_ : HUGE_VAL;
   }
   void follow(Sampler&, std::span<const Stamp> images) override {
     if (came_.size() == kTogether) came_.erase(came_.begin());  // it was in the air
     came_.emplace_back(images.begin(), images.end());
+  }
+  // What the widest mean does not do at once is done in rounds, each of all the way.
+  int parts(std::span<const Stamp> images) const override {
+    if (spread_ == 1) return 1;
+    const double rounds = wantedVariance(largestOf(images), spread_) / kVariance[2];
+    return std::clamp(static_cast<int>(std::ceil(rounds)), 1, kMostRounds);
+  }
+  std::vector<Stamp> part(std::span<const Stamp> images, int, int) const override {
+    return {images.begin(), images.end()};
   }
   Steps begin(Sampler& before, std::span<const Stamp> images, std::span<const Coord> bricks) override;
   bool brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const override;
@@ -118,6 +130,7 @@ class Smoothing : public DistanceMethod {
 
   Operation operation_;
   float band_, perStamp_;
+  double spread_;
   int threads_;
   std::array<std::optional<UnbentPlane>, 4> unbent_;  // by the spacing's logarithm
   std::vector<std::vector<Stamp>> came_, together_;   // applications: not computed yet, and those that are
@@ -168,7 +181,7 @@ void Smoothing::blendTogether(size_t i, Sampler& before, float (&phi)[kBrickVoxe
   for (const std::vector<Stamp>& images : together_) {
     float weight[kBrickVoxels];
     imageWeights(images, operation_.shape, bricks_[i], perStamp_, weight);
-    const Row share = shareOf(wantedVariance(largestOf(images))) * Eigen::Map<const Row>(weight);
+    const Row share = shareOf(wantedVariance(largestOf(images), 1)) * Eigen::Map<const Row>(weight);
     left *= 1 - share;
     sum += share;
   }
@@ -203,13 +216,13 @@ Steps Smoothing::begin(Sampler& before, std::span<const Stamp> images, std::span
   const bool store = keep || together_.size() > 1;
   bricks_.clear();
   putBack_ = 0;
-  near_ = !keep && radius <= kFineRadius;
+  const double wanted = wantedVariance(radius, spread_) / parts(images);
+  near_ = !keep && wanted <= kVariance[0];
   if (near_) co_return;
   // A brick without a surface is the same all over, and its mean with it but for what its neighbours say beside the
   // band's edge.
   std::copy_if(bricks.begin(), bricks.end(), std::back_inserter(bricks_),
                [&](Coord coord) { return !before.slot(coord).isTile(); });
-  const double wanted = wantedVariance(radius);
   around_ = besideEach(bricks_, kAroundSteps);
   means_.resize(bricks_.size());
   weights_.resize(bricks_.size());

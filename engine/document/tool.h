@@ -36,6 +36,9 @@ struct Tool {
   double strength = 1;            ///< 0 to 1.
   bool inverted = false;          ///< The other way round, where the row has one.
   double heightMm = 1, blendMm = 1, angleDeg = 45;
+  double depth = 0.15;     ///< Of the radius: how far a pass of clay or of a soft carve goes. 0.01 to 1.
+  bool soft = false;       ///< Carve: takes a layer off along the normals in place of cutting the tip out.
+  double evenOut = 1;      ///< Smooth: how many times the usual width of bumps squared it evens out. 1 to 64.
   double leastWallMm = 0;  ///< No wall is cut thinner than this; 0: no limit.
   clay::Falloff falloff = clay::Falloff::smooth;
   clay::Tip tip = clay::Tip::ball;

@@ -39,7 +39,7 @@ void EditLoop::setTool(const Tool& tool) {
   strokes_.setTool(scene_.tool.id + 1, tool);
   ++scene_.tool.id;
   scene_.tool.radiusMm = tool.radiusMm;
-  scene_.tool.work = rowOf(tool).work;
+  scene_.tool.work = workOf(tool);
   changed_ = true;
 }
 

@@ -49,6 +49,51 @@ inline constexpr Row kHeight{
     .get = [](const Tool& t) { return t.heightMm; },
     .set = [](Tool& t, double v) { t.heightMm = v; },
 };
+inline constexpr Row kDepth{
+    .id = "depth",
+    .name = "Depth",
+    .help = "Depth of a soft cut, relative to the radius.",
+    .unit = "share",
+    .low = 0.01,
+    .high = 1,
+    .standard = 0.15,
+    .get = [](const Tool& t) { return t.depth; },
+    .set = [](Tool& t, double v) { t.depth = v; },
+};
+inline constexpr Row kBuildUp{
+    .id = "depth",
+    .name = "Build-up",
+    .help = "Thickness of clay that a pass lays, relative to the radius.",
+    .unit = "share",
+    .low = 0.01,
+    .high = 1,
+    .standard = 0.15,
+    .get = [](const Tool& t) { return t.depth; },
+    .set = [](Tool& t, double v) { t.depth = v; },
+};
+inline constexpr Row kSoftCut{
+    .id = "soft",
+    .name = "Soft",
+    .help = "Takes off a shallow layer with a smooth rim. Off: cuts the tip out of the clay, with a hard edge.",
+    .unit = "on",
+    .low = 0,
+    .high = 1,
+    .standard = 0,
+    .get = [](const Tool& t) { return t.soft ? 1.0 : 0.0; },
+    .set = [](Tool& t, double v) { t.soft = v >= 0.5; },
+};
+inline constexpr Row kEvenOut{
+    .id = "even_out",
+    .name = "Coarse bumps",
+    .help = "Larger values even out coarser bumps in one pass.",
+    .unit = "×",
+    .low = 1,
+    .high = 64,
+    .standard = 1,
+    .logarithmic = true,
+    .get = [](const Tool& t) { return t.evenOut; },
+    .set = [](Tool& t, double v) { t.evenOut = v; },
+};
 inline constexpr Row kBlend{
     .id = "blend",
     .name = "Blend",
@@ -70,6 +115,7 @@ inline constexpr Row kLeastWall{
     .standard = 0,
     .get = [](const Tool& t) { return t.leastWallMm; },
     .set = [](Tool& t, double v) { t.leastWallMm = v; },
+    .zero = "no limit",
 };
 inline constexpr Row kAngle{
     .id = "angle",

@@ -34,10 +34,12 @@ using namespace tool_parameters;
 #define ARGIL_BY_DEPTH ARGIL_HELD(0, 0)
 #define ARGIL_BY_RADIUS ARGIL_HELD(0.6, 0)
 #define ARGIL_BY_STRENGTH ARGIL_HELD(0, 0.9)
-constexpr std::array kCut{kRadius, kLeastWall, kTip, kBreadth, kThickness, kRound, ARGIL_BY_DEPTH};
+constexpr std::array kCut{kRadius, kSoftCut, kDepth, kLeastWall, kTip, kBreadth, kThickness, kRound, ARGIL_BY_DEPTH};
 constexpr std::array kSolid{kRadius, kTip, kBreadth, kThickness, kRound, ARGIL_BY_RADIUS};
 constexpr std::array kWax{kRadius, kBlend, kTip, kBreadth, kThickness, kRound, ARGIL_BY_RADIUS};
+constexpr std::array kClay{kRadius, kBuildUp, kStrength, kFalloff, ARGIL_BY_STRENGTH};
 constexpr std::array kSoft{kRadius, kStrength, kFalloff, ARGIL_BY_STRENGTH};
+constexpr std::array kEven{kRadius, kStrength, kEvenOut, kFalloff, ARGIL_BY_STRENGTH};
 constexpr std::array kGrip{kRadius, kStrength, kFalloff, ARGIL_BY_RADIUS};
 constexpr std::array kRaise{kRadius, kHeight, kStrength, kFalloff, ARGIL_BY_STRENGTH};
 constexpr std::array kTwist{kRadius, kAngle, kStrength, kFalloff, ARGIL_BY_STRENGTH};
@@ -52,6 +54,7 @@ constexpr std::array kMorph{kRadius, kMorphTo, kStrength, kFalloff, ARGIL_BY_STR
 #undef ARGIL_BY_STRENGTH
 #undef ARGIL_HELD
 
+constexpr std::array kClayOps{Operation{Property::distance, Method::build}};
 constexpr std::array kCarveOps{Operation{Property::distance, Method::carve}};
 constexpr std::array kAddOps{Operation{Property::distance, Method::add}};
 constexpr std::array kWaxOps{Operation{Property::distance, Method::wax}};
@@ -85,6 +88,18 @@ constexpr std::array kStampPaintOps{Operation{Property::distance, Method::add},
 // The source's own tools (Avila and Sobierajski, table 2) are the last group but for those that have a place above: its
 // Paint and Airbrush.
 constexpr std::array kTools{
+    ToolRow{
+        .id = "clay",
+        .name = "Clay",
+        .help = "Builds clay up softly and evenly; more with every pass.",
+        .icon = "clay",
+        .key = "B",
+        .group = "Clay",
+        .operations = kClayOps,
+        .work = Work::rub,
+        .opposite = "clay",
+        .parameters = kClay,
+    },
     ToolRow{
         .id = "carve",
         .name = "Carve",
@@ -143,7 +158,7 @@ constexpr std::array kTools{
         .group = "Surface",
         .operations = kSmoothOps,
         .work = Work::rub,
-        .parameters = kSoft,
+        .parameters = kEven,
         .strength = 0.5,
     },
     ToolRow{
@@ -507,6 +522,14 @@ Tool scriptTool(const ToolRow& row) {
   return tool;
 }
 
+bool cutsSoftly(const Tool& tool) {
+  return tool.soft && rowOf(tool).work == Work::cut;
+}
+
+Work workOf(const Tool& tool) {
+  return cutsSoftly(tool) ? Work::rub : rowOf(tool).work;
+}
+
 PressureRules pressureRules(const ToolRow& row) {
   if (row.work == Work::cut) return PressureRules::depth;
   return standardTool(row).radiusByPressure > 0 ? PressureRules::radius : PressureRules::strength;
@@ -517,6 +540,7 @@ std::shared_ptr<const clay::Brush> brushOf(const Tool& tool, const clay::Grid& g
   if (!(tool.strength >= 0 && tool.strength <= 1))
     throw Error(fmt::format("a strength of {} is out of range; choose 0 to 1", tool.strength));
   auto brush = std::make_shared<clay::Brush>();
+  const bool soft = cutsSoftly(tool);
   const bool turned = tool.inverted && row.opposite == row.id;
   for (Operation operation : row.operations) {
     operation.shape =
@@ -527,6 +551,7 @@ std::shared_ptr<const clay::Brush> brushOf(const Tool& tool, const clay::Grid& g
       operation.method = Method::add;
     else if (turned)
       operation.amount = -operation.amount;
+    if (soft && operation.method == Method::carve) operation = {Property::distance, Method::raise, Falloff::smooth, -1};
     brush->operations.push_back(operation);
   }
   const auto voxels = [&](double mm) { return static_cast<float>(mm / grid.voxelMm); };
@@ -534,11 +559,13 @@ std::shared_ptr<const clay::Brush> brushOf(const Tool& tool, const clay::Grid& g
   brush->proportions = Vec3f(1, static_cast<float>(tool.breadth), static_cast<float>(tool.thickness));
   brush->round = static_cast<float>(tool.round);
   brush->blend = std::min(voxels(tool.blendMm), 64.0f);
-  brush->height = std::min(voxels(tool.heightMm), 4096.0f);
+  const bool byRadius = soft || row.operations.front().method == Method::build;
+  brush->height = std::min(voxels(byRadius ? tool.depth * tool.radiusMm : tool.heightMm), 4096.0f);
+  brush->spread = row.operations.front().method == Method::smooth ? tool.evenOut : 1;
   const bool carves = std::any_of(brush->operations.begin(), brush->operations.end(),
                                   [](const Operation& each) { return each.method == Method::carve; });
   brush->leastWall = carves ? std::min(voxels(tool.leastWallMm), 256.0f) : 0;
-  brush->limited = row.limited;
+  brush->limited = row.limited || soft;
   brush->angle = static_cast<float>(tool.angleDeg * std::numbers::pi / 180);
   brush->colour = {uint8_t(tool.colour >> 16), uint8_t(tool.colour >> 8), uint8_t(tool.colour)};
   brush->material = static_cast<uint8_t>(std::clamp(tool.material, 0, 255));

@@ -62,6 +62,10 @@ inline constexpr size_t kHeldParameters = 6;
 [[nodiscard]] Tool standardTool(const ToolRow& row);
 /// The same as scripts, documents and journals begin with: what they do not name of the pressure it does not rule.
 [[nodiscard]] Tool scriptTool(const ToolRow& row);
+/// Whether it takes off a soft layer where its row cuts the tip out (Tool::soft).
+[[nodiscard]] bool cutsSoftly(const Tool& tool);
+/// How the tool feels: as its row says, but a soft cut rubs. Throws as rowOf().
+[[nodiscard]] haptics::Work workOf(const Tool& tool);
 /// What a pen's pressure rules in a standard tool. `depth`: the face presses the tip less deep; the rest is of the tool
 /// itself.
 enum class PressureRules : uint8_t { depth, radius, strength };

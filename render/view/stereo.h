@@ -29,6 +29,8 @@ struct Stereo {
   double convergencePart = 1;      ///< Distance without parallax, as a part of the distance to the target: 0.2 to 5.
   bool swapEyes = false;           ///< Exchanges the two pictures of the modes that show both.
 
+  /// Each eye has a half of the picture.
+  [[nodiscard]] bool splits() const { return mode == StereoMode::sideBySide || mode == StereoMode::topBottom; }
   /// Both eyes are in the picture.
   [[nodiscard]] bool both() const {
     return mode == StereoMode::anaglyph || mode == StereoMode::sideBySide || mode == StereoMode::topBottom;

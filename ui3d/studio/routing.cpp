@@ -19,6 +19,9 @@ constexpr float kClickUnits = 4;   // A press that moves less is a click.
 constexpr float kSizeUnits = 160;  // A drag so long makes the tool e times as large.
 constexpr float kZoomUnits = 30;   // A drag so long in the ring zooms as a click of the wheel.
 constexpr double kLongestMotionS = 0.1;
+// Of the hand of a simulated device, mm of the device: how far it stays above the clay, and how deep it pushes: 2 N at
+// the hand's stiffness of 0.5 N/mm.
+constexpr double kSteeredAboveMm = 2, kSteeredDepthMm = 4;
 constexpr double kLongestEndS = 0.25;  // From a release to the tick that sees it.
 // A press waits no longer for its tool, as if the edit thread hung: then the stroke has that of the one before.
 constexpr double kToolPatienceS = 5;
@@ -29,8 +32,19 @@ bool isModifier(Key key) {
 
 }  // namespace
 
+// Where each eye has a half of the window: the place in its picture, as it would be in all of the window.
+Event SessionWindow::inEye(Event event) const {
+  if (!state_.stereo.splits()) return event;
+  const bool beside = state_.stereo.mode == render::StereoMode::sideBySide;
+  float& at = beside ? event.x : event.y;
+  const float whole = beside ? width_ : height_;
+  at = at < whole / 2 ? 2 * at : 2 * at - whole;
+  return event;
+}
+
 Camera::Ray SessionWindow::ray(const Event& event) const {
-  return camera_.ray(event.x, event.y, width_, height_);
+  const Event in = inEye(event);
+  return camera_.ray(in.x, in.y, width_, height_);
 }
 
 Grip SessionWindow::grip(const Event& event, bool down) const {
@@ -48,6 +62,35 @@ std::optional<render::Renderer::Hit> SessionWindow::pick(const Camera::Ray& r) c
   return renderer_.pick(r.origin, r.direction, state_.look.section);
 }
 
+// The hand of a simulated device, which the mouse moves: over the clay it hovers, pressed it pushes into the clay as it
+// was when the button went down.
+void SessionWindow::steer(const Event& event, bool down) {
+  const Camera::Ray r = ray(event);
+  std::optional<Vec3d> surface;
+  if (steered_) {
+    const Event at = inEye(event);
+    if (const std::vector<Vec3d> places = Hand::placesUnder(*steered_, at, at, false); !places.empty())
+      surface = places.front();
+  } else if (const auto hit = pick(r)) {
+    surface = Vec3d(r.origin + hit->distanceMm * r.direction);
+  }
+  const double radius = state_.effectiveTool(false).radiusMm, scale = state_.workspace.scale;
+  const double above = down ? -kSteeredDepthMm * scale : radius + kSteeredAboveMm * scale;
+  if (surface) steeredAt_ = *surface - above * r.direction;
+  steerTo(steeredAt_, down);
+}
+
+void SessionWindow::steerTo(const Vec3d& world, bool down) {
+  steeredAt_ = world;
+  haptics::Workspace workspace = state_.workspace;
+  if (workspace.frame == haptics::Handedness::either) workspace.frame = bench_.touch(false).sheet.handedness;
+  haptics::HandPoint wanted;
+  wanted.position = workspace.toDevice(world);
+  wanted.pressure = down ? 1.0f : 0.0f;
+  wanted.buttons = down ? 1u : 0u;
+  bench_.steerSimulated(wanted);
+}
+
 // What is under the cursor; where nothing is, a point as far away as the target.
 Vec3d SessionWindow::under(const Event& event) const {
   const Camera::Ray r = ray(event);
@@ -63,10 +106,10 @@ bool SessionWindow::handleQuickly(const Event& event) {
   if (drag_ != Drag::stroke || !hand_.pressed()) return false;
   if (event.kind == Kind::move) {
     mouse_ = event;
-    hand_.move(event);
+    hand_.move(inEye(event));
   } else if (event.kind == Kind::release && event.button == Button::left) {
     mouse_ = event;
-    hand_.end(event);
+    hand_.end(inEye(event));
     held_.erase(Button::left);
     ui_.feed(event);
     uiSteps_ = 2;
@@ -158,7 +201,7 @@ void SessionWindow::holdKeys(const Event& held) {
 bool SessionWindow::toolDiffers(const Event& held) {
   const bool inverted = state_.inverted, smoothing = state_.smoothing;
   holdKeys(held);
-  const bool differs = !toolSent_ || !(*toolSent_ == state_.effectiveTool());
+  const bool differs = !toolSent_ || !(*toolSent_ == state_.effectiveTool(bench_.usesPointer()));
   state_.inverted = inverted;
   state_.smoothing = smoothing;
   return differs;
@@ -171,7 +214,7 @@ void SessionWindow::takeTool(const Event& held) {
   if (hand_.active() || sizing_ || drag_ == Drag::line) return;
   if (bench_.usesPointer() && now - strokeS_ < kLongestEndS && (bench_.latest().buttons & 1) != 0) return;
   holdKeys(held);
-  const engine::Tool tool = state_.effectiveTool();
+  const engine::Tool tool = state_.effectiveTool(bench_.usesPointer());
   if (toolSent_ && *toolSent_ == tool) return;
   bench_.setTool(tool);
   toolSent_ = tool;
@@ -216,6 +259,9 @@ void SessionWindow::move(const Event& event) {
       break;
     case Drag::ring:
       dragRing(event, dx, dy);
+      break;
+    case Drag::steer:
+      steer(event, true);
       break;
     case Drag::click:
       // Beside the clay a drag turns the view, so that one button is enough.
@@ -332,7 +378,9 @@ void SessionWindow::press(const Event& event) {
   }
   Context c = context();
   const bool second = drag_ != Drag::none;
-  if (second && (drag_ == Drag::stroke || drag_ == Drag::line || drag_ == Drag::widget || drag_ == Drag::curve)) return;
+  if (second && (drag_ == Drag::stroke || drag_ == Drag::line || drag_ == Drag::steer || drag_ == Drag::widget ||
+                 drag_ == Drag::curve))
+    return;
   dragFrom_ = event;
   pivot_ = under(event);
   panDepthMm_ = camera_.view().axes().forward.dot(pivot_ - camera_.view().position);
@@ -366,13 +414,19 @@ void SessionWindow::pressLeft(const Event& event, Context& c) {
   // A piece that is not worked on is beside the clay: a click on it chooses it, a drag turns the view.
   if (!piece || piece->id != hit->piece) footprint_.reset();
   // Beside a point of the box nothing is carved by mistake.
+  if (piece && piece->id == hit->piece && bench_.usesSimulated() && !state_.deformBox) {
+    steered_ = strokeHere();
+    drag_ = Drag::steer;
+    steer(event, true);
+    return;
+  }
   if (!piece || piece->id != hit->piece || !bench_.usesPointer() || state_.deformBox) return;
   takeTool(event);
   if (state_.straight) {
     line_ = strokeHere();
     drag_ = Drag::line;
   } else {
-    hand_.begin(strokeHere(), event, window_.nowS());
+    hand_.begin(strokeHere(), inEye(event), window_.nowS());
     drag_ = Drag::stroke;
   }
 }
@@ -387,7 +441,7 @@ Hand::Stroke SessionWindow::strokeHere() const {
   stroke.section = state_.look.section;
   const engine::Tool tool = toolSent_.value_or(engine::Tool());
   stroke.radiusMm = tool.radiusMm;
-  stroke.cuts = engine::rowOf(tool).work == haptics::Work::cut;
+  stroke.cuts = engine::workOf(tool) == haptics::Work::cut;
   stroke.depthPart = stroke.cuts ? std::clamp(state_.pointerDepthMm, 0.0, 1.0) : 0;
   return stroke;
 }
@@ -395,7 +449,7 @@ Hand::Stroke SessionWindow::strokeHere() const {
 void SessionWindow::endLine(const Event& event) {
   const Hand::Stroke stroke = std::move(*line_);
   line_.reset();
-  if (std::vector<Vec3d> places = Hand::placesUnder(stroke, dragFrom_, event, true); places.size() >= 2)
+  if (std::vector<Vec3d> places = Hand::placesUnder(stroke, inEye(dragFrom_), inEye(event), true); places.size() >= 2)
     bench_.strokeAlong(std::move(places));
 }
 
@@ -418,6 +472,10 @@ void SessionWindow::release(const Event& event) {
   } else if (drag_ == Drag::line && event.button == Button::left) {
     if (!click) endLine(event);
     line_.reset();
+    drag_ = Drag::none;
+  } else if (drag_ == Drag::steer && event.button == Button::left) {
+    steered_.reset();
+    steer(event, false);
     drag_ = Drag::none;
   } else if (drag_ == Drag::curve && event.button == Button::left) {
     if (state_.drawnCurve) state_.drawnCurve->release(camera_, width_, height_);
@@ -456,7 +514,8 @@ void SessionWindow::workOnSelected() {
 void SessionWindow::wheel(const Event& event) {
   settleUi();
   ui_.feed(event);
-  if (ui_.wantsMouse() || drag_ == Drag::stroke || drag_ == Drag::line || drag_ == Drag::curve) return;
+  if (ui_.wantsMouse() || drag_ == Drag::stroke || drag_ == Drag::line || drag_ == Drag::steer || drag_ == Drag::curve)
+    return;
   camera_.zoom(event.dy, under(mouse_));
   hoverStale_ = true;
   changed();
@@ -501,6 +560,10 @@ void SessionWindow::key(const Event& event) {
   // For what is on top: the panels have seen it.
   if (dialog && (event.key == Key::escape || event.key == Key::enter)) return;
   if (event.key == Key::escape) {
+    if (state_.stereo.splits() && !dialog && !ring_ && drag_ == Drag::none && !widgets_.held()) {
+      state_.stereo.mode = render::StereoMode::mono;
+      return;
+    }
     if (ring_) {
       if (sizing_) state_.tool().radiusMm = sizeFromMm_;
       ring_.reset();
@@ -550,8 +613,8 @@ void SessionWindow::key(const Event& event) {
 
 // What the free cursor is over: once a picture, when something moved.
 void SessionWindow::hover() {
-  if (!hoverStale_ || drag_ == Drag::stroke || drag_ == Drag::line || drag_ == Drag::widget || drag_ == Drag::curve ||
-      sizing_)
+  if (!hoverStale_ || drag_ == Drag::stroke || drag_ == Drag::line || drag_ == Drag::steer || drag_ == Drag::widget ||
+      drag_ == Drag::curve || sizing_)
     return;
   hoverStale_ = false;
   footprint_.reset();
@@ -568,7 +631,10 @@ void SessionWindow::hover() {
     const engine::Piece* piece = now_->document->piece(hit->piece);
     if (piece && !piece->locked && piece->id != now_->document->active) state_.otherPiece = piece->id;
   }
-  if (bench_.usesPointer()) hand_.hover(r, surface, mouse_);
+  if (bench_.usesPointer())
+    hand_.hover(r, surface, mouse_);
+  else if (bench_.usesSimulated() && !overWidget_)
+    steer(mouse_, false);
 }
 
 }  // namespace argil::studio

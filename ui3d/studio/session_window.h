@@ -39,7 +39,7 @@ class SessionWindow {
   void run();
 
  private:
-  enum class Drag : uint8_t { none, panel, orbit, pan, stroke, line, widget, curve, click, ring };
+  enum class Drag : uint8_t { none, panel, orbit, pan, stroke, line, widget, curve, click, ring, steer };
 
   // The loop (studio.cpp)
   void followStylus(double now);
@@ -89,12 +89,15 @@ class SessionWindow {
   void holdKeys(const Event& held);
   bool waits(const Event& event);
   void hover();
+  [[nodiscard]] Event inEye(Event event) const;
   [[nodiscard]] Camera::Ray ray(const Event& event) const;
   [[nodiscard]] Grip grip(const Event& event, bool down) const;
   [[nodiscard]] std::optional<render::Renderer::Hit> pick(const Camera::Ray& ray) const;
   [[nodiscard]] Vec3d under(const Event& event) const;
   [[nodiscard]] Hand::Stroke strokeHere() const;
   void endLine(const Event& event);
+  void steer(const Event& event, bool down);
+  void steerTo(const Vec3d& world, bool down);
   void workOnSelected();
 
   // Files (saving.cpp)
@@ -160,8 +163,10 @@ class SessionWindow {
   double sizeFromMm_ = 1;
   float sizeFromX_ = 0;
   std::optional<render::Cursor::Footprint> footprint_;
-  std::optional<Hand::Stroke> line_;  // A straight line that is being drawn from dragFrom_.
-  std::optional<QuickRing> ring_;     // Open, until something of it was done or the hand presses beside it.
+  std::optional<Hand::Stroke> line_;     // A straight line that is being drawn from dragFrom_.
+  Vec3d steeredAt_ = Vec3d::Zero();      // Where the hand of a simulated device was sent last, world.
+  std::optional<Hand::Stroke> steered_;  // What the mouse that moves a simulated device meets, while it is pressed.
+  std::optional<QuickRing> ring_;        // Open, until something of it was done or the hand presses beside it.
   QuickRing::Item ringItem_ = QuickRing::Item::none;
   bool ringClosed_ = false;  // By the press that is held.
   bool overWidget_ = false, hoverStale_ = true;

@@ -21,11 +21,11 @@ constexpr double kStillS = 0.2;     // The full picture comes when nothing has m
 constexpr double kSlowMs = 20;      // A full picture that takes less is drawn in motion too.
 constexpr double kSluggishMs = 60;  // More than this is felt while typing.
 constexpr double kAbove = 0.002;    // Of the way to the eye: a line over the clay is not hidden in it.
-constexpr double kMuchOther = 2;    // A model so many times larger or smaller than the last needs tools of other sizes.
-constexpr double kSameSize = 0.01;  // Of a view: less is rounding.
+constexpr double kSameSize = 0.01;  // A view or a model that differs by less is as large: that is rounding.
 // Beyond that zooming there and back would not bring all sizes back.
-constexpr double kLeastViewMm = 0.6, kMostViewMm = 6000;
-constexpr double kAgainS = 1;  // After a picture failed.
+constexpr double kLeastViewMm = 1.2, kMostViewMm = 12000;
+constexpr double kAgainS = 1;    // After a picture failed.
+constexpr double kClearMm = 15;  // Above a model that is opened, of the tip of a simulated device.
 
 bool same(const render::PieceLook& a, const render::PieceLook& b) {
   return a.rotation.coeffs() == b.rotation.coeffs() && a.translationMm == b.translationMm && a.colour.r == b.colour.r &&
@@ -204,15 +204,18 @@ void SessionWindow::followToolSizes() {
     all.add(box);
   }
   sizeDue_ = false;
+  // Nobody holds a simulated device: what is opened must not appear around its tip.
+  if (!all.empty() && bench_.usesSimulated())
+    steerTo(Vec3d(all.centre().x(), all.centre().y(), all.max.z() + kClearMm + state_.tool().radiusMm), false);
   if (all.empty() || by != SizeBy::model) return;
-  const double modelMm = all.size().maxCoeff(), ratio = modelMm / state_.sizedForMm;
-  if (!(modelMm > 0) || (ratio < kMuchOther && ratio > 1 / kMuchOther)) return;
+  const double modelMm = all.size().maxCoeff();
+  if (!(modelMm > 0) || std::abs(modelMm / state_.sizedForMm - 1) <= kSameSize) return;
   state_.sizeTools(modelMm);
   if (faceTool_) state_.tools[std::string(faceTool_->id)] = *faceTool_;  // It was saved as the document needs it.
 }
 
 double SessionWindow::viewSizeMm() const {
-  return std::clamp(0.5 * camera_.view().heightAtTarget(), kLeastViewMm, kMostViewMm);
+  return std::clamp(camera_.view().heightAtTarget(), kLeastViewMm, kMostViewMm);
 }
 
 // What a file holds, from the moment that it is read to the moment that it is clay.
@@ -284,7 +287,7 @@ render::Shot SessionWindow::shot() {
   widgets_.draw(c, shot.overlays);
   if (line_) {
     render::Polyline line;
-    line.pointsMm = Hand::placesUnder(*line_, dragFrom_, mouse_, false);
+    line.pointsMm = Hand::placesUnder(*line_, inEye(dragFrom_), inEye(mouse_), false);
     for (Vec3d& place : line.pointsMm) place += kAbove * (camera_.view().position - place);
     line.colour = tintOf(toolSent_.value_or(engine::Tool()));
     line.depth = render::Depth::xray;

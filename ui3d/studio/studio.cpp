@@ -143,9 +143,13 @@ void SessionWindow::uiStep() {
   ui_.beginFrame(now - uiS_, width_, height_, scale_);
   // Where the panels stood in the last frame; in the first one nobody knows.
   const std::array<float, 4> free = panels_.free();
-  if (state_.look.scaleBar && free[2] > free[0]) drawScaleBar(camera_.view(), free, width_, height_, state_);
-  for (const Widgets::Label& label : widgets_.labels(c)) drawLabel(label, state_.theme);
-  if (const std::string hint = state_.drawnCurve ? state_.drawnCurve->hint() : widgets_.hint(); !hint.empty()) {
+  const bool split = state_.stereo.splits();  // Texts would stand between the two pictures.
+  if (state_.look.scaleBar && free[2] > free[0] && !split) drawScaleBar(camera_.view(), free, width_, height_, state_);
+  if (!split)
+    for (const Widgets::Label& label : widgets_.labels(c)) drawLabel(label, state_.theme);
+  std::string hint = state_.drawnCurve ? state_.drawnCurve->hint() : widgets_.hint();
+  if (hint.empty() && split && now - activeS_ < kLivelyS) hint = "A picture for each eye. Esc brings the panels back";
+  if (!hint.empty()) {
     const float grey = state_.theme == Theme::light ? 0.1f : 0.95f;
     drawLabel({(free[0] + free[2]) / 2, free[1] + kHintUnits, hint, {grey, grey, grey, 1}}, state_.theme);
   }

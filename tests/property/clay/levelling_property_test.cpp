@@ -53,6 +53,61 @@ TEST(Level, ScrapeTakesBumpsFillTakesDentsFlattenBoth) {
   }
 }
 
+std::shared_ptr<const Brush> building(float height, float amount = 1) {
+  auto brush = std::make_shared<Brush>(*Brush::of(Method::build, amount));
+  brush->height = height;
+  return brush;
+}
+
+// Level clay rises by about the height a pass, and again with the next: a bead that is as wide as the tip heaps up. Its
+// rim is smooth.
+TEST(Level, BuildLaysItsHeightAPassAndHeapsUp) {
+  for (const double tip : {6.0, 12.0, 24.0, 48.0})
+    for (const float amount : {1.0f, -1.0f}) {
+      const auto height = static_cast<float>(0.15 * tip);
+      const Version block = makeBlock(Store::make(), Grid{}, Vec3d(0, 0, -1.5 * tip), {6 * tip, 4 * tip, 3 * tip}, 1);
+      double last = 0;
+      Version now = block;
+      for (int pass = 1; pass <= 3; ++pass) {
+        SCOPED_TRACE(::testing::Message() << tip << ' ' << amount << ' ' << pass);
+        now = apply(now, building(height, amount), line({-2 * tip, 0.3, 0}, {2 * tip, 0.3, 0}, tip));
+        const auto top = [&](double y) {
+          Sampler sampler(now);
+          double z = amount * 2 * tip;
+          if (amount > 0)
+            while (sampler.trilinear(Vec3d(0.2, y, z)) >= 0) z -= 0.01;
+          else
+            for (z = -tip; sampler.trilinear(Vec3d(0.2, y, z)) < 0;) z += 0.01;
+          return amount * z;
+        };
+        std::printf("tip %g amount %g pass %d: %.3f heights\n", tip, double(amount), pass, (top(0.3) - last) / height);
+        EXPECT_GT(top(0.3) - last, 0.5 * height);
+        EXPECT_LT(top(0.3) - last, 1.3 * height);
+        last = top(0.3);
+        // From the middle to the rim it falls evenly: no step, no lip beside it.
+        for (double t = 0; t < 1.2; t += 0.1) {
+          EXPECT_LT(std::abs(top(0.3 + (t + 0.1) * tip) - top(0.3 + t * tip)), 0.35 * last + 0.1) << t;
+          EXPECT_GT(top(0.3 + t * tip), -0.15) << t;
+        }
+      }
+      closedSurface(now);
+      const FieldErrors errors = fieldErrors(now);
+      EXPECT_LE(errors.rms, 0.05) << tip;
+      EXPECT_LE(errors.worst, 0.25) << tip;
+    }
+}
+
+// What lies below is filled, what stands above stays: clay is laid up to a level.
+TEST(Level, BuildLevels) {
+  const Version base = uneven();
+  const Version after = apply(base, building(2), line({-20, 0, 0}, {20, 0, 0}, 14));
+  const double beside = heightAt(after, 0, 0);
+  EXPECT_GT(beside, 1);
+  EXPECT_GT(heightAt(after, 10, 0), -0.5) << "the dent, 3 deep, is all but full";
+  EXPECT_LT(heightAt(after, -10, 0) - beside, 2.2) << "the bump, 3 high, stands out by less";
+  EXPECT_GT(heightAt(after, -10, 0), 2.9) << "and nothing of it was taken";
+}
+
 TEST(Level, APlaneStaysWhereItIs) {
   // Slanted, so that no voxel lies on it.
   Editor editor(Version::empty(Store::make(), Grid{}));

@@ -66,6 +66,34 @@ TEST(Smooth, BumpsGoAlikeAtAnyRadius) {
     }
 }
 
+// A ridge 1.6 radii wide and half as high, along which a tip goes once.
+TEST(Smooth, AWiderSpreadEvensOutRidgesAsWideAsTheTipInOnePass) {
+  for (const double radius : {5.0, 10.0, 16.0, 24.0, 40.0}) {
+    const double ridge = 0.8 * radius;
+    const Version block =
+        makeBlock(Store::make(), Grid{}, Vec3d(0, 0, -1.5 * radius), {5 * radius, 4 * radius, 3 * radius}, 1);
+    const Version base = apply(block, Brush::of(Method::add), {{{-2 * radius, 0, 0}, {2 * radius, 0, 0}, ridge}});
+    double left[2];
+    for (const int wide : {0, 1}) {
+      auto brush = std::make_shared<Brush>(*smoothing(Method::smooth));
+      brush->spread = wide ? 12 : 1;
+      const Version after = apply(base, brush, line({-2 * radius, 0, ridge}, {2 * radius, 0, ridge}, radius, 0.5f));
+      Sampler sampler(after);
+      double z = 0;
+      while (sampler.trilinear(Vec3d(0.2, 0, z)) < 0) z += 0.01;
+      left[wide] = z / ridge;
+      closedSurface(after);
+      const FieldErrors errors = fieldErrors(after);
+      EXPECT_LE(errors.rms, 0.05) << radius;
+      EXPECT_LE(errors.worst, 0.3) << radius;
+    }
+    std::printf("radius %g: %.3f of the ridge is left, %.3f with the usual spread\n", radius, left[1], left[0]);
+    EXPECT_LT(left[1], 0.93) << radius;
+    EXPECT_GT(left[1], 0.4) << radius;
+    EXPECT_LT(1 - left[0], 0.5 * (1 - left[1])) << radius << ": that is what it is for";
+  }
+}
+
 // What a pass of stamps leaves of a bump on a plate, as a share of its height.
 double leftOfBump(double radius, float strength, double together) {
   const Version block = makeBlock(Store::make(), Grid{}, Vec3d(0, 0, -15), {1.5 * radius, 1.5 * radius, 30}, 1);

@@ -223,6 +223,36 @@ TEST_F(Dialogs, ADroppedMeshAsksForItsUnits) {
   EXPECT_EQ(ImGui::GetTopMostPopupModal(), nullptr);
 }
 
+TEST_F(Dialogs, ExportProposesTheDocumentsOwnName) {
+  rig.run("clay.block");
+  rig.until([&] { return pieces() == 1; }, "a block");
+  rig.run("file.export");
+  // What the field holds, as a person copies it.
+  const auto name = [&] {
+    rig.click(rig.find("Export", {"##name"}));
+    return std::string(GImGui->InputTextState.TextA.Data);
+  };
+  EXPECT_EQ(name(), "Block");
+  rig.state.shown.exporting = false;
+  rig.frames(3);
+  for (const char* file : {"three", "a b", "four"}) {
+    rig.bench.saveAs(folder / (std::string(file) + ".argil"), {});
+    rig.until([&] { return rig.bench.snapshot()->file.path.stem() == file; }, "saved");
+    rig.frames(2);
+    rig.run("file.export");
+    EXPECT_EQ(name(), file);
+    rig.state.shown.exporting = false;
+    rig.frames(3);
+  }
+  rig.run("file.export");
+  fillIn("Export", "##name", "mine");
+  rig.frames(2);
+  rig.state.shown.exporting = false;
+  rig.frames(3);
+  rig.run("file.export");
+  EXPECT_EQ(name(), "mine") << "what was typed stays";
+}
+
 TEST_F(Dialogs, ExportWritesWhatIsChosenAndAsksBeforeItWritesOver) {
   rig.bench.addBlock(Vec3d(10, 10, 10), 1, {.voxelMm = 1});
   rig.until([&] { return pieces() == 1; }, "a block");

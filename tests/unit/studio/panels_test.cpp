@@ -1,6 +1,7 @@
 // Panels are drawn, clicked, dragged and typed into, without a window.
 
 #include "ui3d/studio/panels/panels.h"
+#include "clay/whole/deform.h"
 
 #include <algorithm>
 #include <cmath>
@@ -325,13 +326,58 @@ TEST(Panels, NumbersAreWrittenShort) {
   EXPECT_EQ(kit::written(200), "200");
   EXPECT_EQ(kit::written(0.002), "0.002");
   EXPECT_EQ(kit::written(0.0001), "0.0001");
-  EXPECT_EQ(kit::written(-0.0000001), "-1e-07");
+  EXPECT_EQ(kit::written(-0.0000001), "-0.0000001") << "no exponent";
+  EXPECT_EQ(kit::written(0.0000321), "0.0000321");
+  EXPECT_EQ(kit::written(1.06e3), "1060");
+  EXPECT_EQ(kit::written(1.234567e7), "12345670");
+  EXPECT_EQ(kit::written(1e-20), "0");
   EXPECT_EQ(kit::written(NAN), "–");
   EXPECT_EQ(kit::counted(1234567), "1\u202f234\u202f567");
   EXPECT_EQ(kit::counted(999), "999");
   EXPECT_EQ(kit::bytes(1234567), "1.23 MB");
   EXPECT_DOUBLE_EQ(kit::readNumber(" 12,5 mm"), 12.5);
   EXPECT_TRUE(std::isnan(kit::readNumber("mm")));
+}
+
+TEST(Panels, ATypedPlaceMovesWhatIsSelectedAsOneStep) {
+  PanelsRig rig;
+  rig.state.shown.firstStart = false;
+  rig.run("clay.block");
+  rig.until([&] { return rig.bench.snapshot()->document->pieces.size() == 1; }, "a block");
+  rig.state.selected = rig.bench.snapshot()->document->pieces[0].id;
+  rig.frames(3);
+  const auto middle = [&] {
+    const engine::Piece& piece = rig.bench.snapshot()->document->pieces[0];
+    const clay::BoxMm box = clay::boundsOf(piece.version);
+    return piece.pose.apply((box.low + box.high) / 2);
+  };
+  const Vec3d before = middle();
+  const size_t steps = rig.bench.snapshot()->done;
+  for (const auto& [row, typed] : {std::pair{"place x", "12.5"}, {"place y", "-1000"}, {"place z", "0"}}) {
+    const ImVec2 at = rig.find("Settings", {row, "bar"});
+    ASSERT_FALSE(std::isnan(at.x)) << row;
+    rig.doubleClick(at);
+    rig.type(typed);
+    rig.key(ImGuiKey_Enter);
+    rig.frames(3);
+    rig.until([&] { return rig.bench.idle(); }, "moved");
+    rig.frames(3);
+  }
+  EXPECT_LT((middle() - Vec3d(12.5, -1000, 0)).norm(), 1e-6) << before.transpose();
+  EXPECT_LE(rig.bench.snapshot()->done, steps + 3);
+}
+
+TEST(Panels, HardCutIsOneClickAway) {
+  PanelsRig rig;
+  rig.state.shown.firstStart = false;
+  rig.frames(3);
+  ASSERT_TRUE(rig.state.tool().soft);
+  EXPECT_FALSE(std::isnan(rig.find("Settings", {"depth", "bar"}).x));
+  EXPECT_TRUE(std::isnan(rig.find("Settings", {"least_wall", "bar"}).x)) << "nothing that has no effect";
+  rig.click(rig.find("Settings", {"Soft", "switch"}));
+  EXPECT_FALSE(rig.state.tool().soft);
+  rig.frames(3);
+  EXPECT_FALSE(std::isnan(rig.find("Settings", {"least_wall", "bar"}).x));
 }
 
 TEST(Panels, IconsOfTablesAreThere) {

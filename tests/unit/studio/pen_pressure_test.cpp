@@ -93,17 +93,17 @@ TEST(ToolSizes, GoWithTheModelAndComeBack) {
   StudioState state;
   state.tool().radiusMm = 4;
   state.sizeTools(1);
-  EXPECT_NEAR(state.tool().radiusMm, 4 / 60.0, 1e-12);
+  EXPECT_NEAR(state.tool().radiusMm, 4 / 96.0, 1e-12);
   state.toolId = "inflate";
-  EXPECT_NEAR(state.tool().radiusMm, 5 / 60.0, 1e-12) << "one that was never taken";
-  EXPECT_NEAR(state.tool().heightMm, 1 / 60.0, 1e-12);
+  EXPECT_NEAR(state.tool().radiusMm, 5 / 96.0, 1e-12) << "one that was never taken";
+  EXPECT_NEAR(state.tool().heightMm, 1 / 96.0, 1e-12);
   state.sizeTools(2000);
-  EXPECT_NEAR(state.tool().radiusMm, 5 * 2000 / 60.0, 1e-9);
-  state.sizeTools(60);
+  EXPECT_NEAR(state.tool().radiusMm, 5 * 2000 / 96.0, 1e-9);
+  state.sizeTools(96);
   EXPECT_NEAR(state.tool().radiusMm, 5, 1e-9);
   state.sizeTools(0);
   state.sizeTools(std::numeric_limits<double>::quiet_NaN());
-  EXPECT_EQ(state.sizedForMm, 60);
+  EXPECT_EQ(state.sizedForMm, 96);
 }
 
 TEST(QuickRing, EachItemIsWhereItIsDrawnAndTheRingStaysInTheWindow) {

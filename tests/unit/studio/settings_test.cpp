@@ -10,6 +10,8 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <set>
+#include <string_view>
 
 #include "ui3d/studio/panels/settings_tables.h"
 
@@ -39,7 +41,7 @@ TEST(Settings, ComeBackAsTheyWere) {
   state.imports = {true, 0.25};
   state.undoGiB = 0.5;
   state.surface = clay::Grade::fine;
-  state.print = {3, 0.7, 0.25, 1.75, true, 2, 7.5};
+  state.print = {3, 0.7, 0.25, 1.75, true, 2, 7.5, {180, 181, 182}};
   StudioState back;
   ASSERT_TRUE(applySettings(settingsText(state), back));
   EXPECT_EQ(back.theme, Theme::light);
@@ -65,6 +67,7 @@ TEST(Settings, ComeBackAsTheyWere) {
   EXPECT_EQ(back.print.gapMm, 0.25);
   EXPECT_EQ(back.print.outletMm, 1.75);
   EXPECT_EQ(back.print.draftDegrees, 7.5);
+  EXPECT_EQ(back.print.bedMm, Vec3d(180, 181, 182));
   EXPECT_FALSE(back.print.shown) << "clay begins as it is";
   EXPECT_EQ(back.print.pull, 0);
   EXPECT_EQ(settingsText(back), settingsText(state));
@@ -135,7 +138,7 @@ TEST(Settings, WhatIsWrongInThemLeavesTheStandard) {
     EXPECT_EQ(settingsText(state), standard) << text;
     StudioState again;
     applySettings(text, again);
-    EXPECT_EQ(again.tool(), engine::standardTool(*engine::findTool("carve"))) << text;
+    EXPECT_EQ(again.tool(), StudioState().newTool(*engine::findTool("carve"))) << text;
   }
   StudioState state;
   EXPECT_FALSE(applySettings("[1, 2", state));
@@ -194,11 +197,45 @@ TEST(StudioState, RecentFilesAreEachOnceAndTheNewestFirst) {
   EXPECT_EQ(state.recentFiles[0], "/z/39");
 }
 
+TEST(StudioState, ToolsBeginSoftAndWithASizeThatSuitsTheModel) {
+  StudioState state;
+  EXPECT_EQ(engine::toolTable().front().id, "clay");
+  EXPECT_TRUE(state.effectiveTool().soft);
+  EXPECT_FALSE(state.effectiveTool(false).soft) << "the tip of a device rules the depth";
+  EXPECT_GE(state.tool().depth, 0.1);
+  EXPECT_LE(state.tool().depth, 0.2);
+  EXPECT_FALSE(engine::scriptTool(*engine::findTool("carve")).soft) << "scripts cut as they always did";
+  for (const double model : {1.0, 60.0, 96.0, 180.0, 250.0, 2000.0}) {
+    StudioState fresh;
+    fresh.sizeTools(model);
+    for (const char* id : {"clay", "carve", "smooth", "inflate"}) {
+      fresh.toolId = id;
+      const double part = fresh.tool().radiusMm / (model / 2);
+      EXPECT_GE(part, 0.1) << id << " on a model of " << model << " mm";
+      EXPECT_LE(part, 0.2) << id;
+    }
+  }
+  // One click makes the hard cut of it.
+  for (const bool soft : {true, false}) {
+    state.tool().soft = soft;
+    std::set<std::string_view> shown;
+    for (const auto& parameter : engine::ownParameters(*engine::findTool("carve")))
+      if (counts(parameter, state.tool(), true)) shown.insert(parameter.id);
+    EXPECT_TRUE(shown.count("soft"));
+    EXPECT_EQ(shown.count("depth"), soft ? 1u : 0u);
+    EXPECT_EQ(shown.count("tip"), soft ? 0u : 1u);
+  }
+}
+
 TEST(StudioState, KeysThatAreHeldTurnTheToolOverAtItsSize) {
   StudioState state;
   state.tool().radiusMm = 9;
   EXPECT_EQ(state.effectiveTool().id, "carve");
   state.inverted = true;
+  EXPECT_EQ(state.effectiveTool().id, "clay") << "a soft cut turned over is as soft";
+  EXPECT_EQ(state.effectiveTool().radiusMm, 9);
+  EXPECT_EQ(state.effectiveTool(false).id, "add") << "a device cuts hard";
+  state.tool().soft = false;
   EXPECT_EQ(state.effectiveTool().id, "add");
   EXPECT_EQ(state.effectiveTool().radiusMm, 9);
   state.smoothing = true;

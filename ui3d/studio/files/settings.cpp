@@ -17,6 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
+constexpr double kMostBedMm = 100000;
 constexpr double kLeastSizeMm = 1e-3, kMostSizeMm = 1e7;  // Of what tools may be sized for.
 
 // Those over the picture begin closed.
@@ -108,6 +109,9 @@ void eachValue(State& state, const Row& row) {
   row("print", "gap_mm", state.print.gapMm, 0.05, 20);
   row("print", "outlet_mm", state.print.outletMm, 0, 20);
   row("print", "draft_degrees", state.print.draftDegrees, 0.1, 45);
+  row("print", "bed_width_mm", state.print.bedMm.x(), 1, kMostBedMm);
+  row("print", "bed_depth_mm", state.print.bedMm.y(), 1, kMostBedMm);
+  row("print", "bed_height_mm", state.print.bedMm.z(), 1, kMostBedMm);
 }
 
 struct WriteValue {

@@ -10,6 +10,7 @@
 #include "ui3d/studio/kit/rows.h"
 #include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/panels/memory.h"
+#include "ui3d/studio/panels/settings_tables.h"
 #include "ui3d/studio/view/camera.h"
 #include "ui3d/studio/view/panel_table.h"
 
@@ -122,6 +123,10 @@ void drawMenu(Context& context, Memory& memory) {
         prefix = family;
         menuItem(context, action);
       }
+      if (std::string_view(group) == "Help") {
+        ImGui::Separator();
+        ImGui::MenuItem("Argil " ARGIL_VERSION, nullptr, false, false);
+      }
       ImGui::EndMenu();
     }
     ImGui::PopStyleVar();
@@ -162,7 +167,9 @@ void drawBar(Context& context, Memory& memory) {
   // Two numbers of the tool at the most: the rest is in the settings.
   int numbers = 0;
   for (const auto& row : tool ? engine::ownParameters(*tool) : std::span<const engine::Parameter<engine::Tool>>()) {
-    if (numbers == groups.numbers || !row.choices.empty() || row.unit == "colour" || row.unit == "on") continue;
+    if (numbers == groups.numbers || !row.choices.empty() || row.unit == "colour" || row.unit == "on" ||
+        !counts(row, context.state.tool(), context.bench.usesPointer()))
+      continue;
     if (numbers++ > 0) ImGui::SameLine(0, 6);
     ImGui::SetCursorPosY((kBarHeight - kRow) / 2);
     ImGui::PushID("bar");

@@ -94,7 +94,12 @@ void serveWishes(Context& context, Memory& memory) {
     beginOperation(context, memory, std::string_view(wish).substr(6));
   } else if (wish.starts_with("export")) {
     if (wish.size() > 6) memory.exporting.endings = {wish.substr(6)};
-    if (memory.exporting.name.empty()) memory.exporting.name = proposedName(context);
+    // A name that was typed stays for its document.
+    ExportChoice& exporting = memory.exporting;
+    if (exporting.name.empty() || exporting.name == exporting.proposed || exporting.of != context.now.file.opened)
+      exporting.name = proposedName(context);
+    exporting.proposed = proposedName(context);
+    exporting.of = context.now.file.opened;
     context.state.shown.exporting = true;
   }
 }

@@ -1,8 +1,11 @@
 // What can be set of the selected thing.
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "clay/whole/deform.h"
 #include "engine/document/guide_table.h"
 #include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/panels/memory.h"
@@ -98,9 +101,65 @@ void guide(Context& context, const Guide& guide) {
   }
 }
 
-void pose(const haptics::Pose& pose) {
-  const Vec3d& p = pose.translation;
-  kit::fact("Place", kit::written(p.x()) + ", " + kit::written(p.y()) + ", " + kit::written(p.z()) + " mm");
+// The middle of a piece or a part in its own axes, measured once for its clay or mesh.
+Vec3d middleOf(Memory& memory, const engine::Piece& piece) {
+  if (std::exchange(memory.middleOf, piece.version.record()) != piece.version.record()) {
+    memory.middleMm.setZero();
+    if (piece.version && piece.version.stats().bricks > 0) {
+      const clay::BoxMm box = clay::boundsOf(piece.version);
+      memory.middleMm = (box.low + box.high) / 2;
+    }
+  }
+  return memory.middleMm;
+}
+Vec3d middleOf(Memory& memory, const engine::Part& part) {
+  if (std::exchange(memory.middleOf, part.mesh.get()) != part.mesh.get()) {
+    Eigen::AlignedBox3d box;
+    for (const Vec3d& p : part.mesh->positions) box.extend(p);
+    memory.middleMm = box.isEmpty() ? Vec3d(Vec3d::Zero()) : Vec3d(box.center());
+  }
+  return memory.middleMm;
+}
+
+Vec3d middleOf(const Guide& guide) {
+  if (guide.pointsMm.empty()) return guide.pose.translation;
+  Vec3d sum = Vec3d::Zero();
+  for (const Vec3d& p : guide.pointsMm) sum += p;
+  return sum / double(guide.pointsMm.size());
+}
+
+void moveThing(Document& document, engine::Id id, const Vec3d& by) {
+  if (engine::Piece* piece = document.piece(id)) piece->pose.translation += by;
+  if (engine::Part* part = document.part(id)) part->pose.translation += by;
+  if (Guide* guide = document.guide(id)) {
+    guide->pose.translation += by;
+    for (Vec3d& p : guide->pointsMm) p += by;
+  }
+}
+
+// Where a thing is, to be read, dragged and typed.
+void place(Context& context, const engine::Thing& thing, const Vec3d& atMm) {
+  constexpr double kReachMm = 250;  // Of a drag over the bar, either way; typed places may be anywhere.
+  static constexpr std::array<std::string_view, 3> kNames{"X", "Y", "Z"}, kIds{"place x", "place y", "place z"};
+  kit::dimText("Place of its middle");
+  for (int axis = 0; axis < 3; ++axis) {
+    double value = atMm[axis];
+    const kit::Change change = kit::number({.id = kIds[size_t(axis)],
+                                            .name = kNames[size_t(axis)],
+                                            .help = "Drag, or double-click to type.",
+                                            .unit = "mm",
+                                            .low = -kReachMm,
+                                            .high = kReachMm,
+                                            .open = true},
+                                           value);
+    if (change.changed) {
+      const Vec3d by = (value - atMm[axis]) * Vec3d::Unit(axis);
+      context.bench.edit(
+          "Move " + thing.name, [id = thing.id, by](Document& d) { moveThing(d, id, by); },
+          mergeKey("place", thing.id));
+    }
+    if (change.ended) context.bench.endMerge();
+  }
 }
 
 }  // namespace
@@ -114,14 +173,14 @@ void inspector(Context& context, Memory& memory) {
   ImGui::BeginDisabled(thing->locked);
   if (const engine::Piece* piece = document.piece(thing->id)) {
     if (piece->version) kit::fact("Voxel", kit::written(piece->version.grid().voxelMm) + " mm");
-    pose(piece->pose);
+    place(context, *piece, piece->pose.apply(middleOf(memory, *piece)));
     bodyOf(context, *piece, &Document::piece);
     if (!laysMaterial(context)) materialsSection(context, memory, *piece);
   } else if (const engine::Part* part = document.part(thing->id)) {
-    pose(part->pose);
+    place(context, *part, part->pose.apply(middleOf(memory, *part)));
     bodyOf(context, *part, &Document::part);
   } else if (const Guide* g = document.guide(thing->id)) {
-    if (g->pointsMm.empty()) pose(g->pose);
+    place(context, *g, middleOf(*g));
     guide(context, *g);
   }
   ImGui::EndDisabled();

@@ -141,6 +141,11 @@ void hear(Context& context, Memory& memory) {
 }  // namespace
 
 Layout layoutOf(const Context& context) {
+  if (context.state.stereo.splits()) {  // A panel would cover one eye's picture alone.
+    Layout bare;
+    bare.free = bare.clear = {0, 0, context.width, context.height};
+    return bare;
+  }
   return layOut(context.width, context.height, context.state.shown, toolGroups(), context.state.over,
                 context.state.foldPanels ? kClayPart : kLeastClayPart);
 }
@@ -164,14 +169,19 @@ void Panels::draw(Context& context) {
   if (const PanelRow* over = findPanel(context.state.over); over && !memory.layout.folded(over->dock))
     context.state.over.clear();
   ImGui::PushFont(fonts().body);
-  drawMenu(context, memory);
-  drawBar(context, memory);
+  const bool bare = memory.layout.menu.empty();
+  if (!bare) {
+    drawMenu(context, memory);
+    drawBar(context, memory);
+  }
   drawTools(context, memory);
   settings(context, memory);
   dock(context, memory, "Upper", Dock::upper, memory.layout.upper);
   dock(context, memory, "Lower", Dock::lower, memory.layout.lower);
-  drawRail(context, memory);
-  drawStatus(context, memory);
+  if (!bare) {
+    drawRail(context, memory);
+    drawStatus(context, memory);
+  }
   drawFirstStart(context, memory);
   drawNotices(context, memory);
   drawFiles(context, memory);

@@ -108,8 +108,10 @@ void settingsPanel(Context& context, Memory& memory) {
     kit::gap(4);
     fileRow(context, *row);
     const bool lays = laysMaterial(context);
+    const bool pointer = context.bench.usesPointer();
     for (const auto& parameter : engine::ownParameters(*row))
-      if (!lays || parameter.id != "material") (void)drawRow(parameter, context.state.tool());
+      if ((!lays || parameter.id != "material") && counts(parameter, context.state.tool(), pointer))
+        (void)drawRow(parameter, context.state.tool());
     if (row->opposite == row->id)
       kit::toggle("Inverted", context.state.tool().inverted, "The other way round; Ctrl held does it for a stroke.");
     if (!row->operations.empty() && row->operations.front().property == clay::Property::mask) maskButtons(context);
@@ -119,7 +121,8 @@ void settingsPanel(Context& context, Memory& memory) {
       memory.handOpen = !memory.handOpen;
     if (memory.handOpen) hand(context, *row);
   }
-  if (context.bench.usesPointer()) drawRows(handRows(), context.state);
+  if (row && row->work == haptics::Work::cut && context.bench.usesPointer() && !context.state.tool().soft)
+    drawRows(handRows(), context.state);
   const engine::Piece* selected = context.now.document->piece(context.state.selected);
   const engine::Piece* piece = selected ? selected : context.now.document->piece(context.now.document->active);
   if (piece && laysMaterial(context)) materialsSection(context, memory, *piece);

@@ -1,5 +1,6 @@
 #include "ui3d/studio/panels/settings_tables.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
@@ -299,6 +300,13 @@ std::span<const engine::Parameter<engine::Guide>> sizeRows(Guide::Kind kind) {
 }
 std::span<const engine::Parameter<engine::Symmetry>> symmetryRows() {
   return kSymmetry;
+}
+bool counts(const engine::Parameter<engine::Tool>& parameter, const engine::Tool& tool, bool pointer) {
+  if (engine::rowOf(tool).work != haptics::Work::cut) return true;
+  static constexpr std::array<string_view, 5> kOfTheTip{"least_wall", "tip", "breadth", "thickness", "round"};
+  if (std::find(kOfTheTip.begin(), kOfTheTip.end(), parameter.id) != kOfTheTip.end()) return !tool.soft || !pointer;
+  if (parameter.id == "soft") return pointer;
+  return parameter.id != "depth" || (tool.soft && pointer);
 }
 std::span<const engine::Parameter<StudioState>> handRows() {
   return kHand;

@@ -26,6 +26,9 @@ namespace argil::studio {
 [[nodiscard]] std::span<const engine::Parameter<engine::Guide>> sizeRows(engine::Guide::Kind kind);
 /// How often strokes are repeated around an axis.
 [[nodiscard]] std::span<const engine::Parameter<engine::Symmetry>> symmetryRows();
+/// Whether a parameter has an effect as the tool is set. A soft cut has no tip's shape, a hard one no depth of its own.
+/// A device cuts hard: its tip rules the depth. `pointer`: mouse or pen is in hand.
+[[nodiscard]] bool counts(const engine::Parameter<engine::Tool>& parameter, const engine::Tool& tool, bool pointer);
 /// Of the studio itself: how deep the pointer goes, how large the interface is.
 [[nodiscard]] std::span<const engine::Parameter<StudioState>> handRows();
 /// Of all tools: how pens press, what sizes go with.

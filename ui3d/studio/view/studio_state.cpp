@@ -19,6 +19,11 @@ engine::Tool& StudioState::tool() {
 
 namespace {
 
+// What the studio's tools begin with beside their rows' own values, which scripts keep to: a carving stroke by mouse or
+// pen is shallow and soft, and a pass of Smooth evens out bumps as coarse as the tip.
+constexpr double kSoftByPressure = 0.9, kEvenOut = 12;
+constexpr std::string_view kSoftOpposite = "clay";
+
 void scaleLengths(const engine::ToolRow& row, engine::Tool& tool, double factor) {
   for (const auto& parameter : row.parameters)
     if (parameter.unit == "mm") parameter.change(tool, parameter.get(tool) * factor);
@@ -28,6 +33,11 @@ void scaleLengths(const engine::ToolRow& row, engine::Tool& tool, double factor)
 
 engine::Tool StudioState::newTool(const engine::ToolRow& row) const {
   engine::Tool made = engine::standardTool(row);
+  if (row.id == "carve") {
+    made.soft = true;
+    made.strengthByPressure = kSoftByPressure;
+  }
+  if (row.id == "smooth") made.evenOut = kEvenOut;
   if (sizedForMm != kUsualMm) scaleLengths(row, made, sizedForMm / kUsualMm);
   return made;
 }
@@ -40,12 +50,14 @@ void StudioState::sizeTools(double forMm) {
 }
 
 // The other tool works at the size of the one in hand: a person turns the brush over, not into another.
-engine::Tool StudioState::effectiveTool() {
-  const engine::Tool inHand = tool();
+engine::Tool StudioState::effectiveTool(bool pointer) {
+  engine::Tool inHand = tool();
+  inHand.soft = inHand.soft && pointer;
   const engine::ToolRow* row = engine::findTool(toolId);
-  const std::string_view other = smoothing         ? std::string_view("smooth")
-                                 : inverted && row ? row->opposite
-                                                   : std::string_view();
+  const std::string_view other = smoothing                                ? std::string_view("smooth")
+                                 : inverted && engine::cutsSoftly(inHand) ? kSoftOpposite
+                                 : inverted && row                        ? row->opposite
+                                                                          : std::string_view();
   const engine::ToolRow* otherRow = other.empty() || other == toolId ? nullptr : engine::findTool(other);
   if (!otherRow) {
     engine::Tool turned = inHand;
@@ -55,6 +67,9 @@ engine::Tool StudioState::effectiveTool() {
   const auto kept = tools.find(other);
   engine::Tool result = kept == tools.end() ? newTool(*otherRow) : kept->second;
   result.radiusMm = inHand.radiusMm;
+  result.soft = result.soft && pointer;
+  // As deep as the other is high.
+  if (other == kSoftOpposite) result.depth = inHand.depth;
   return result;
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "clay/whole/pegs.h"
 #include "engine/document/document.h"
 #include "engine/session/workbench.h"
 #include "engine/tools/tool_table.h"
@@ -72,8 +73,11 @@ struct PrintChoice {
   int process = 0;  ///< Of engine::printProcesses().
   double wallMm = 1, gapMm = 0.5, outletMm = 2;
   bool shown = false;  ///< What is thinner is coloured.
-  int pull = 0;        ///< Taken out of a mould along x, y, z: 1 to 3; 0: not cast.
+  /// Taken out of a mould along x, y, z: 1 to 3, or along the pull with the least undercut: kBestPull; 0: not cast.
+  int pull = 0;
+  static constexpr int kBestPull = 4;
   double draftDegrees = 2;
+  Vec3d bedMm{250, 210, 210};  ///< Width, depth and height of the printer, for the check and for nesting.
 };
 
 /// A piece that is shown as an operation would make it, before it has.
@@ -82,6 +86,14 @@ struct GrownPiece {
   double mm = 0;              ///< render::PieceLook::grownMm.
   clay::Version before = {};  ///< The clay of an operation at work.
   friend bool operator==(const GrownPiece&, const GrownPiece&) = default;
+};
+
+/// Pegs of a cut that is asked about, in the world: they stand on the side that the normal leaves and reach into the
+/// other.
+struct PegsShown {
+  std::vector<clay::Peg> pegs;
+  Vec3d normal = Vec3d::UnitZ();
+  bool loose = false;  ///< They reach into both sides.
 };
 
 struct StudioState {
@@ -94,7 +106,7 @@ struct StudioState {
   double pointerDepthMm = 0.6;
   double penCurve = 0;            ///< Of all pens: engine::curvedPressure(), −1 to 1.
   SizeBy sizeBy = SizeBy::model;  ///< What the tools' sizes go with.
-  double sizedForMm = kUsualMm;   ///< What they go with was so large when they were set; > 0.
+  double sizedForMm = kUsualMm;   ///< Size of that when the tools' sizes were set; > 0.
   engine::Id otherPiece = 0;      ///< Under the cursor, and not worked on; 0: none.
   engine::Id selected = 0;        ///< A thing of the document; widgets are shown for it. 0: none.
   bool straight = false;  ///< A drag over the clay draws a straight line, worked along when the button comes up.
@@ -107,6 +119,7 @@ struct StudioState {
   std::optional<DeformBox> deformBox;    ///< Around a piece that is being deformed.
   std::optional<GrownPiece> grown;       ///< Of the operation that is asked about, else of the one at work.
   std::optional<GrownPiece> growing;     ///< At work: until its piece's next surface comes.
+  std::optional<PegsShown> pegs;         ///< Of the cut that is asked about.
   std::optional<DrawnCurve> drawnCurve;  ///< Over the picture: a drag with the left button draws it.
 
   // Looks
@@ -121,6 +134,7 @@ struct StudioState {
   haptics::Quality touchQuality;
   bool showWorkspaceBox = false;
   PrintChoice print;
+  bool bedShown = false;  ///< Of `print`, on the ground: while something is checked or laid on it.
 
   // Panels
   PanelsShown shown;
@@ -146,13 +160,14 @@ struct StudioState {
   /// The tool as it is in hand now, with the keys that are held. Adds the standard settings of a tool that was never
   /// taken.
   engine::Tool& tool();
-  engine::Tool effectiveTool();
-  /// A row's standard tool, as large as the others are.
+  /// `pointer`: mouse or pen is in hand; the tip of a device rules the depth of a cut itself, so it cuts hard.
+  engine::Tool effectiveTool(bool pointer = true);
+  /// The tool of a row as the studio begins with it, as large as the others are.
   [[nodiscard]] engine::Tool newTool(const engine::ToolRow& row) const;
-  /// All lengths of all tools go from sizedForMm to this: of a model its longest side, of a view half its height.
+  /// All lengths of all tools go from sizedForMm to this: of a model its longest side, of a view its height.
   /// Nothing for what is no length.
   void sizeTools(double forMm);
-  static constexpr double kUsualMm = 60;  ///< What the standard sizes are for.
+  static constexpr double kUsualMm = 96;  ///< What the standard sizes are for: a radius of 5 mm is 10 % of half of it.
 
   static constexpr size_t kMostRecent = 12;
   /// To the front of recentFiles; its folder is lastFolder.
