@@ -7,6 +7,7 @@
 #include <array>
 #include <charconv>
 #include <cstdio>
+#include <filesystem>
 #include <map>
 #include <new>
 #include <string>
@@ -37,13 +38,19 @@ constexpr bool kHasStudio = true;
 constexpr bool kHasStudio = false;
 #endif
 
-// `argil --scale 2` opens the studio: its options need not be preceded by its name.
-std::vector<std::string> withVerb(int argc, char** argv) {
+// Tells a file from a mistyped verb: a file is there, or its word has an ending or a folder.
+bool namesFile(const std::string& word) {
+  std::error_code ignored;
+  return word.find_first_of("./") != std::string::npos || std::filesystem::exists(word, ignored);
+}
+
+// Puts "studio" before its options and files: `argil --scale 2`, `argil head.argil`.
+std::vector<std::string> withVerb(const CLI::App& app, int argc, char** argv) {
   std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
   constexpr std::array<std::string_view, 4> kOwn{"--help", "-h", "--help-all", "--version"};
-  if (kHasStudio && !words.empty() && words[0].starts_with('-') &&
-      std::find(kOwn.begin(), kOwn.end(), words[0]) == kOwn.end())
-    words.insert(words.begin(), "studio");
+  if (!kHasStudio || words.empty() || std::find(kOwn.begin(), kOwn.end(), words[0]) != kOwn.end()) return words;
+  const bool verb = !app.get_subcommands([&](const CLI::App* each) { return each->get_name() == words[0]; }).empty();
+  if (words[0].starts_with('-') || (!verb && namesFile(words[0]))) words.insert(words.begin(), "studio");
   return words;
 }
 
@@ -305,8 +312,8 @@ int run(int argc, char** argv) {
 #ifdef ARGIL_STUDIO
   studio::StudioOptions studio;
   std::string studioSize, studioTheme;
-  auto* studioVerb =
-      app.add_subcommand("studio", "Open the studio; argil alone, or with options of the studio, does too");
+  auto* studioVerb = app.add_subcommand(
+      "studio", "Open the studio; argil alone, argil FILE or argil with options of the studio does too");
   studioVerb->add_option("file", studio.file, "Document (.argil), script (.json), level set or model to open");
   studioVerb->add_option("--size", studioSize, "Of the window in pixels");
   studioVerb
@@ -314,7 +321,8 @@ int run(int argc, char** argv) {
       ->check(numberFrom(0.5, 4));
   studioVerb->add_option("--device", studio.device, "Stylus (argil devices lists them); pointer is mouse or pen")
       ->capture_default_str();
-  studioVerb->add_option("--theme", studioTheme, "dark or light")->check(CLI::IsMember({"dark", "light"}));
+  studioVerb->add_option("--theme", studioTheme, "dark or light, for this start alone")
+      ->check(CLI::IsMember({"dark", "light"}));
   studioVerb->add_option("--play", studio.play, "A recording in place of a person; the studio ends with it");
   studioVerb->add_option("--speed", studio.playSpeed, "The recording so many times as fast, 0.1 to 100")
       ->check(numberFrom(0.1, 100));
@@ -326,7 +334,7 @@ int run(int argc, char** argv) {
 #endif
 
   try {
-    std::vector<std::string> words = withVerb(argc, argv);
+    std::vector<std::string> words = withVerb(app, argc, argv);
     std::reverse(words.begin(), words.end());  // As CLI11 takes them.
     app.parse(words);
   } catch (const CLI::CallForHelp& e) {
