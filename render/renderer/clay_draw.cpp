@@ -76,8 +76,9 @@ struct Model::Local {
 };
 
 Model::Local Model::toLocal(const Piece& piece, const PieceLook& look, const Sight& sight) const {
-  return piece.clay ? Local(sight, look, piece.clay->grid().voxelMm, piece.clay->grid().originMm)
-                    : Local(sight, look, 1, Vec3d::Zero());
+  return piece.clay
+             ? Local(sight, look, piece.clay->grid().voxelMm * look.scale, piece.clay->grid().originMm * look.scale)
+             : Local(sight, look, look.scale, Vec3d::Zero());
 }
 
 std::vector<Model::Wish> Model::wishesOf(const Sight& sight) {
@@ -212,13 +213,16 @@ void Model::draw(VkCommandBuffer commands, VkPipelineLayout layout, const Sight&
 }
 
 PieceConstants Model::constants(const Piece& piece, const PieceLook& look, const Sight& sight) const {
-  const double unit = piece.unitMm();
+  const double unit = look.scale * piece.unitMm();
+  const Vec3d origin = look.scale * piece.originMm();
   const Eigen::Quaterniond& turn = look.rotation;
   // The point of the piece's box nearest to the eye: differences to it fit 32 bits, and what is near keeps its digits.
-  const Box box = piece.clay ? piece.clay->looseBounds() : piece.part->bounds();
+  Box box = piece.clay ? piece.clay->looseBounds() : piece.part->bounds();
+  box.min *= look.scale;
+  box.max *= look.scale;
   const Vec3d eye = turn.conjugate() * (sight.eye - look.translationMm);
-  const Vec3d anchor = ((eye.cwiseMax(box.min).cwiseMin(box.max) - piece.originMm()) / unit).array().round();
-  const Vec3d rel = turn * (piece.originMm() + anchor * unit) + (look.translationMm - sight.eye);
+  const Vec3d anchor = ((eye.cwiseMax(box.min).cwiseMin(box.max) - origin) / unit).array().round();
+  const Vec3d rel = turn * (origin + anchor * unit) + (look.translationMm - sight.eye);
   PieceConstants c{};
   for (int i = 0; i < 3; ++i) {
     c.anchor[i] = int32_t(std::clamp(anchor[i], double(INT32_MIN), double(INT32_MAX)));

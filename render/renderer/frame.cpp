@@ -76,6 +76,7 @@ class Planner {
     light();
     theme();
     section();
+    planes();
     if (plan_.look.grid) grid();
     for (const Fill& each : overlays_.fills) fill(each.trianglesMm, each.colour, each.depth);
     if (overlays_.cursor) cursor(*overlays_.cursor);
@@ -194,6 +195,18 @@ class Planner {
       u.groundColour = {0.074f, 0.075f, 0.079f, 0.75f};
       u.minorLine = {0.30f, 0.32f, 0.35f, 0.20f};
       u.majorLine = {0.50f, 0.53f, 0.57f, 0.34f};
+    }
+  }
+
+  void planes() {
+    FrameUniforms& u = plan_.uniforms;
+    for (size_t i = 0; i < overlays_.planes.size(); ++i) {
+      const PlaneMark& mark = overlays_.planes[i];
+      const Vec3d normal = mark.normal.normalized();
+      u.planes[i] = pack(normal, -normal.dot(mark.pointMm - plan_.eye));
+      u.planeLines[i] = linear(mark.line);
+      u.planeTints[i] = linear(mark.beyond);
+      u.planeSizes[i] = {0.5f * mark.widthPixels, mark.dimmedToo ? 1.f : 0.f, float(overlays_.planes.size()), 0};
     }
   }
 

@@ -25,8 +25,9 @@ struct FrameUniforms {
   Vec4 ball, shaft, shaftRadii, drop, marker;
   Vec4 tint, section, fade;
   Vec4 backTop, backBottom, groundColour, minorLine, majorLine;
+  std::array<Vec4, kMostPlaneMarks> planes, planeLines, planeTints, planeSizes;
 };
-static_assert(sizeof(FrameUniforms) == 35 * 16);
+static_assert(sizeof(FrameUniforms) == 51 * 16);
 
 /// A segment as shaders/line.vert reads it.
 struct LineInstance {

@@ -94,7 +94,8 @@ void Model::place(PieceId id, const PieceLook& look) {
   const double length = look.rotation.norm();
   if (!look.translationMm.allFinite() || !look.rotation.coeffs().allFinite() || !(length > 1e-6) ||
       !std::isfinite(c.r) || !std::isfinite(c.g) || !std::isfinite(c.b) || !std::isfinite(look.roughness) ||
-      !std::isfinite(look.gloss) || !(look.grownMm >= 0 && std::isfinite(look.grownMm))) {
+      !std::isfinite(look.gloss) || !(look.grownMm >= 0 && std::isfinite(look.grownMm)) ||
+      !(look.scale > 0 && std::isfinite(look.scale))) {
     throw Error("the place, colour or finish of a piece holds a number that is not finite; give finite numbers");
   }
   PieceLook& kept = looks_[id];
@@ -130,8 +131,12 @@ const PieceLook& Model::lookOf(PieceId id) const {
 const Box& Model::boundsOf(PieceId id, const Piece& piece) const {
   if (piece.bounds) return *piece.bounds;
   const PieceLook& look = lookOf(id);
-  piece.bounds = piece.clay ? piece.clay->bounds(look.rotation, look.translationMm)
-                            : piece.part->bounds(look.rotation, look.translationMm);
+  const Vec3d unscaled = look.translationMm / look.scale;
+  piece.bounds = piece.clay ? piece.clay->bounds(look.rotation, unscaled) : piece.part->bounds(look.rotation, unscaled);
+  if (look.scale != 1 && !piece.bounds->empty()) {
+    piece.bounds->min *= look.scale;
+    piece.bounds->max *= look.scale;
+  }
   if (piece.clay && look.grownMm > 0 && !piece.bounds->empty()) {
     piece.bounds->min -= Vec3d::Constant(look.grownMm);
     piece.bounds->max += Vec3d::Constant(look.grownMm);
@@ -169,11 +174,14 @@ std::optional<Renderer::Hit> Model::pick(const Vec3d& originMm, const Vec3d& uni
     const Box& box = boundsOf(id, piece);
     if (box.empty() || enterBox(*ray, box.min, box.max) == kNever) continue;
     const Eigen::Quaterniond back = look.rotation.conjugate();
-    const Ray own{back * (ray->origin - look.translationMm), back * ray->direction, ray->first, ray->last};
+    const Ray own{back * (ray->origin - look.translationMm) / look.scale, back * ray->direction,
+                  ray->first / look.scale, ray->last / look.scale};
     const auto hit = piece.clay ? piece.clay->raycast(own) : piece.part->raycast(own);
-    if (!hit || (best && hit->distanceMm >= best->distanceMm)) continue;
-    best = Renderer::Hit{id, hit->distanceMm, hit->fromOutside, look.rotation * hit->normal};
-    ray->last = hit->distanceMm;
+    if (!hit) continue;
+    const double distance = look.scale * hit->distanceMm;
+    if (best && distance >= best->distanceMm) continue;
+    best = Renderer::Hit{id, distance, hit->fromOutside, look.rotation * hit->normal};
+    ray->last = distance;
   }
   return best;
 }

@@ -45,6 +45,10 @@ layout(set = 0, binding = 0, std140) uniform Frame {
   vec4 backTop, backBottom;   // xyz: the background; w of top: how much darker its corners are
   vec4 groundColour;          // w: cover
   vec4 minorLine, majorLine;  // w: cover
+  vec4 planes[4];      // planes that the clay shows: xyz unit normal, dot(xyz, rel) + w is the distance
+  vec4 planeLines[4];  // colour of the line where the clay meets them; w: cover, 0 none
+  vec4 planeTints[4];  // colour on the side of the normal; w: cover, 0 none
+  vec4 planeSizes[4];  // x: half the line's width in pixels at a height of 720; y: 0 where dimmed pieces show nothing; z of the first: how many planes there are
 } frame;
 
 int eyeIndex() { return kEye == 2 ? gl_ViewIndex : kEye; }

@@ -44,6 +44,28 @@ void readCode(float code, inout Point p, out bool dimmed) {
   p.gloss = (k - 11.0 * level) * 0.1;
 }
 
+// Lines where the clay meets planes, and tints beyond these. The line's distance is measured in the picture: along the
+// surface, as the sight's ray moves over it.
+vec3 planesShown(vec3 c, vec3 rel, vec3 n, vec3 toEye, float z, bool dimmed) {
+  if (frame.planeSizes[0].z == 0.0) return c;
+  vec3 sight = -toEye;
+  float facing = dot(n, sight);
+  facing = facing < 0.0 ? min(facing, -0.08) : max(facing, 0.08);
+  vec3 across = frame.cameraRight.xyz - sight * (dot(n, frame.cameraRight.xyz) / facing);
+  vec3 upwards = frame.cameraUp.xyz - sight * (dot(n, frame.cameraUp.xyz) / facing);
+  float pixels = frame.size.z * frame.size.w;  // samples
+  for (int i = 0; i < int(frame.planeSizes[0].z); ++i) {
+    if (dimmed && frame.planeSizes[i].y == 0.0) continue;
+    float away = dot(frame.planes[i], vec4(rel, 1.0));
+    if (away > 0.0) c = mix(c, frame.planeTints[i].rgb, frame.planeTints[i].a);
+    vec2 slope = vec2(dot(frame.planes[i].xyz, across), dot(frame.planes[i].xyz, upwards)) * mmPerSample(z);
+    float samples = abs(away) / max(length(slope), 1e-9);
+    float cover = clamp(frame.planeSizes[i].x * pixels + 0.5 - samples, 0.0, 1.0);
+    c = mix(c, frame.planeLines[i].rgb, frame.planeLines[i].a * cover);
+  }
+  return c;
+}
+
 void main() {
   ivec3 at = ivec3(gl_FragCoord.xy, eyeIndex());
   float z = distanceOf(texelFetch(depthMap, at, 0).r);
@@ -78,6 +100,7 @@ void main() {
   vec3 back = backdrop(ndc);
   // A quieter shade of the same clay.
   if (dimmed) c = mix(mix(vec3(dot(c, vec3(0.2126, 0.7152, 0.0722))), c, 0.85), back, 0.34);
+  c = planesShown(c, rel, p.n, p.toEye, z, dimmed);
   if (kDepthFade) c = mix(c, back, fadeAt(z));
   colour = vec4(dithered(c, gl_FragCoord.xy), 1.0);
 }

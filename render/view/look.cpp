@@ -83,6 +83,13 @@ void check(const Overlays& overlays) {
     if (!points(fill.trianglesMm) || !finite(fill.colour))
       throw Error("a fill to be drawn holds a corner or a colour that is not finite; leave that triangle out");
   }
+  if (overlays.planes.size() > kMostPlaneMarks) throw Error("clay shows four planes at most; leave the others out");
+  for (const PlaneMark& plane : overlays.planes) {
+    if (!plane.pointMm.allFinite() || !plane.normal.allFinite() || !(plane.normal.norm() > 0))
+      throw Error("a plane to be drawn needs a point and a normal that are finite, and a normal that is not zero");
+    if (!within(plane.widthPixels, 0, 1000) || !finite(plane.line) || !finite(plane.beyond))
+      throw Error("a plane to be drawn has a width outside of 0 to 1000 pixels or a colour that is not finite");
+  }
 }
 
 }  // namespace argil::render

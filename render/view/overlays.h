@@ -53,10 +53,21 @@ struct Fill {
   Depth depth = Depth::xray;
 };
 
+/// A plane as the clay shows it: a line where they meet, and a tint of the clay on the side of the normal.
+struct PlaneMark {
+  Vec3d pointMm = Vec3d::Zero(), normal = Vec3d::UnitZ();  ///< The normal has any length but zero.
+  Colour line{1, 1, 1, 0.8f};
+  Colour beyond{1, 1, 1, 0};  ///< Its alpha is how much of the clay's colour gives way to it; 0: none.
+  float widthPixels = 1.5f;   ///< Of the line, at a picture height of 720; grows with the picture.
+  bool dimmedToo = true;      ///< False: pieces that are dimmed (PieceLook::dimmed) show neither.
+};
+inline constexpr size_t kMostPlaneMarks = 4;
+
 struct Overlays {
   std::optional<Cursor> cursor;
   std::vector<Fill> fills;
   std::vector<Polyline> polylines;
+  std::vector<PlaneMark> planes;  ///< kMostPlaneMarks at most.
 };
 
 /// Throws Error (input) that names what is not finite or out of range.

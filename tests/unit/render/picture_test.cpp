@@ -144,6 +144,98 @@ TEST_F(Picture, GrownClayIsWhatItsOffsetWouldBe) {
   }
 }
 
+// A ball that is shown larger is the ball of larger voxels, wherever it lies; rays meet it where it is seen.
+TEST_F(Picture, ScaledClayIsWhatItsScaledVoxelsWouldBe) {
+  Look look;  // with shadow, cavities and ground
+  for (const double scale : {0.5, 1.25, 2.0}) {
+    for (const Vec3d& origin : {Vec3d(0, 0, 0), Vec3d(7, -3, 2)}) {
+      surface_ = {};
+      renderer_->clear();
+      load(sphere(), scale * origin, scale * kVoxel);
+      const View near = view("iso", Projection::perspective), flat = view("front");
+      const std::array<Image, 2> exact{draw(near, look), draw(flat, look)};
+      const Box box = renderer_->bounds();
+      const auto hit = renderer_->pick(near.position, near.axes().forward);
+      ASSERT_TRUE(hit);
+
+      surface_ = {};
+      renderer_->clear();
+      load(sphere(), origin);
+      const Image plain = draw(near, look);
+      PieceLook larger;
+      larger.scale = scale;
+      renderer_->place(0, larger);
+      EXPECT_LT((renderer_->bounds().max - box.max).norm(), 1e-6);
+      EXPECT_LT((renderer_->bounds().min - box.min).norm(), 1e-6);
+      const auto now = renderer_->pick(near.position, near.axes().forward);
+      ASSERT_TRUE(now);
+      EXPECT_NEAR(now->distanceMm, hit->distanceMm, 1e-6);
+      EXPECT_LT(meanDifference(draw(near, look), exact[0]), 1.0) << scale;
+      EXPECT_LT(meanDifference(draw(flat, look), exact[1]), 1.0) << scale;
+      EXPECT_GT(meanDifference(plain, exact[0]), 4) << "the test sees nothing";
+    }
+  }
+  PieceLook bad;
+  for (const double value : {double(NAN), 0.0, -1.0}) {
+    bad.scale = value;
+    EXPECT_THROW(renderer_->place(0, bad), Error);
+  }
+}
+
+// A plane across a ball is a thin line on it, straight from where it is seen from its edge, and a tint beyond.
+TEST_F(Picture, APlaneIsAThinLineOnTheClay) {
+  load(sphere());
+  const View from = view("front");
+  const Image bare = draw(from, kBare);
+  const double pixelsPerMm = kHeight / from.heightAtTarget();
+  for (const double x : {-4.0, 0.0, 3.0}) {
+    Overlays overlays;
+    PlaneMark mark;
+    mark.pointMm = {x, 5, 1};
+    mark.normal = {2, 0, 0};
+    mark.line = {1, 0, 0, 1};
+    mark.widthPixels = 6;  // Of a picture 720 high: 1.7 of this one.
+    overlays.planes = {mark};
+    const Image image = draw(from, kBare, overlays);
+    const double at = 0.5 * kWidth + x * pixelsPerMm;
+    for (const double z : {-3.0, 0.0, 4.0}) {
+      const int row = int(0.5 * kHeight - z * pixelsPerMm);
+      double sum = 0, weight = 0;
+      for (int column = 0; column < kWidth; ++column) {
+        const uint8_t *p = image.pixel(column, row), *q = bare.pixel(column, row);
+        const double other = std::abs(p[1] - q[1]);  // Red has no green.
+        if (other < 12) continue;
+        EXPECT_NEAR(column + 0.5, at, 2.5) << "thin";
+        sum += other * (column + 0.5);
+        weight += other;
+      }
+      ASSERT_GT(weight, 60) << x << " " << z;
+      EXPECT_NEAR(sum / weight, at, 0.6);
+    }
+    // Beyond it the clay is blue; on this side it is as it was.
+    overlays.planes[0].line.a = 0;
+    overlays.planes[0].beyond = {0, 0, 1, 0.8f};
+    const Image tinted = draw(from, kBare, overlays);
+    const int row = kHeight / 2, right = int(at) + 6, left = int(at) - 6;
+    EXPECT_GT(tinted.pixel(right, row)[2], tinted.pixel(right, row)[0] + 60);
+    EXPECT_EQ(tinted.pixel(left, row)[2], bare.pixel(left, row)[2]);
+    // What is dimmed shows neither where it is not to.
+    PieceLook dimmed;
+    dimmed.dimmed = true;
+    renderer_->place(0, dimmed);
+    const Image without = draw(from, kBare);
+    overlays.planes[0].dimmedToo = false;
+    EXPECT_EQ(draw(from, kBare, overlays), without);
+    renderer_->place(0, {});
+  }
+  Overlays many;
+  many.planes.resize(kMostPlaneMarks + 1);
+  EXPECT_THROW((void)draw(from, kBare, many), Error);
+  many.planes.resize(1);
+  many.planes[0].normal = Vec3d::Zero();
+  EXPECT_THROW((void)draw(from, kBare, many), Error);
+}
+
 TEST_F(Picture, TheSameTwice) {
   load(sphere());
   Overlays overlays;
