@@ -29,11 +29,14 @@ namespace argil::engine {
 /// Where the document is kept.
 struct FileState {
   std::filesystem::path path;  ///< Of the saved document; empty: untitled.
+  std::string name;            ///< File name of what an untitled document was recovered from; empty: it has none.
   bool unsaved = false;  ///< The document is not what that file holds (an empty untitled document counts as saved).
   bool saving = false;
   std::string journalTrouble;  ///< A sentence while the journal cannot be written; empty while all is well.
   std::string readOnly;        ///< Why it must not be saved into that file, a sentence; empty: it may be.
   uint64_t refused = 0;        ///< Grows with every save into that file that failed: another name is worth offering.
+  std::string refusal;         ///< Why the last of them failed, a sentence.
+  bool elsewhere = false;      ///< That file is open in another window too.
   uint64_t opened = 0;         ///< Grows with every document that is opened, recovered or begun.
   std::shared_ptr<const std::string> face;  ///< As SaveExtras::face was when it was saved; null without.
   friend bool operator==(const FileState&, const FileState&) = default;

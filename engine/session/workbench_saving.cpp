@@ -52,13 +52,10 @@ void Workbench::State::begin(Begin how) {
   sources = std::move(how.sources);
   continued = std::move(how.continued);
   file = std::move(how.file);
+  fileName = std::move(how.name);
   readOnly = std::move(how.readOnly);
   announce();
-  if (presence && presence->elsewhere()) {
-    tell(Message::Level::warning,
-         fmt::format("{} is open in another window too: only who saves first can save it under this name.",
-                     io::displayName(file)));
-  }
+  if (presence && presence->elsewhere()) tellElsewhere();
   face = how.face.empty() ? nullptr : std::make_shared<const std::string>(std::move(how.face));
   records.reset();
   savedDocument.reset();
@@ -138,6 +135,19 @@ void Workbench::State::announce() {
   if (!file.empty()) presence.emplace(file, presenceFolderOf(options));
 }
 
+void Workbench::State::tellElsewhere() {
+  tell(Message::Level::warning,
+       fmt::format("{} is open in another window too: only the window that saves first can save under this name.",
+                   io::displayName(file)));
+}
+
+// Both windows know of each other: the one that was there first finds out here.
+void Workbench::State::followPresence() {
+  if (!presence) return;
+  const bool before = presence->elsewhere();
+  if (presence->look() && !before) tellElsewhere();
+}
+
 void Workbench::State::requireNotElsewhere(const std::filesystem::path& target) const {
   if (!isOwn(target) && io::DocumentPresence(target, presenceFolderOf(options)).elsewhere()) {
     throw Error(fmt::format("{} is open in another window: save under another name, or close it there first",
@@ -156,6 +166,7 @@ void Workbench::State::save(std::filesystem::path target, const SaveExtras& extr
   const bool own = isOwn(target);
   if (own && !readOnly.empty()) {
     ++refused;
+    refusal = readOnly;
     throw Error(readOnly);
   }
   requireNotElsewhere(target);
@@ -179,9 +190,12 @@ void Workbench::State::save(std::filesystem::path target, const SaveExtras& extr
   };
   begin("Saving " + target.filename().string(),
         [this, request, target, own, next, at = opened](Job& job) -> std::function<void()> {
-          const auto failed = [=, this](bool refusal) {
+          const auto failed = [=, this](const std::string& why) {
             if (at == opened) {
-              refused += refusal && own;
+              if (own && !why.empty()) {
+                ++refused;
+                refusal = why;
+              }
               if (autosave) autosave->saving({});
             }
             next();
@@ -190,11 +204,12 @@ void Workbench::State::save(std::filesystem::path target, const SaveExtras& extr
           try {
             made = saveDocument(target, *request, &job);
           } catch (const Cancelled&) {
-            post([=] { failed(false); });
+            post([=] { failed({}); });
             throw;
           } catch (const std::exception& e) {
-            post([=] { failed(true); });
-            throw Error(fmt::format("Not saved: {}", e.what()), Error::Kind::work);
+            const std::string why = fmt::format("Not saved: {}", e.what());
+            post([=] { failed(why); });
+            throw Error(why, Error::Kind::work);
           }
           return [this, request, target, made, at, next] {
             const bool safe = made->unflushed.empty();
@@ -205,6 +220,7 @@ void Workbench::State::save(std::filesystem::path target, const SaveExtras& extr
             if (at == opened) {  // else another document is in work by now
               base = made;
               file = target;
+              fileName.clear();
               readOnly.clear();
               announce();
               if (!request->face.face.empty()) face = std::make_shared<const std::string>(request->face.face);
@@ -296,7 +312,10 @@ void Workbench::recover(const Recoverable& what, const RecoverChoice& choice) {
       how.done = from.done;
       how.documentRecords = std::move(from.documentRecords);
       how.base = std::move(from.base);
-      if (how.base) how.file = how.base->path;
+      if (how.base)
+        how.file = how.base->path;
+      else  // It is another file by now, or gone: the work keeps the name, and asks for one when it is saved.
+        how.name = recovered->file.filename().string();
       how.writer = recovered->writer;
       how.sources = std::move(recovered->sources);
       how.continued = std::move(recovered->continued);

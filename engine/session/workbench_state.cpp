@@ -25,6 +25,7 @@ namespace {
 constexpr auto kTurn = std::chrono::milliseconds(2);       // at most 500 versions a second
 constexpr auto kIdleTurn = std::chrono::milliseconds(10);  // while no servo runs
 constexpr auto kUsageEvery = std::chrono::milliseconds(250);
+constexpr auto kPresenceEvery = std::chrono::seconds(1);  // Other windows come and go.
 constexpr const char* kPointer = "pointer";
 constexpr double kAnswerS = 0.1;   // a tool that is no farther behind the hand ends its stroke soon enough by itself
 constexpr double kBehindTold = 1;  // seconds: less is a computer that was busy for a moment
@@ -440,6 +441,10 @@ void Workbench::State::publish() {
   if (!session || !loop) return;
   const DocumentPtr now = session->document();
   const auto time = std::chrono::steady_clock::now();
+  if (time - presenceAt > kPresenceEvery) {
+    presenceAt = time;
+    followPresence();
+  }
   if (time - usageAt > kUsageEvery) {
     usageAt = time;
     uint64_t bytes = 0;
@@ -460,10 +465,13 @@ void Workbench::State::publish() {
   const Snapshot& last = *snapshot;  // written by this thread alone
   FileState kept;
   kept.path = file;
+  kept.name = fileName;
   kept.unsaved = now != savedDocument.lock();
   kept.saving = saving;
   kept.readOnly = readOnly;
   kept.refused = refused;
+  kept.refusal = refusal;
+  kept.elsewhere = presence && presence->elsewhere();
   kept.opened = opened;
   kept.face = face;
   {

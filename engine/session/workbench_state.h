@@ -93,6 +93,7 @@ struct Workbench::State {
     std::vector<HistoryState> states;
     size_t done = 0;
     std::filesystem::path file;  // empty: untitled
+    std::string name;            // FileState::name
     std::string readOnly;        // why it must not be saved into that
     std::string face;
     std::shared_ptr<DocumentRecords> documentRecords;  // null: a new one
@@ -172,9 +173,14 @@ struct Workbench::State {
   // The edit thread's alone. The autosave hears of what the session does: it outlives it.
   std::unique_ptr<Autosave> autosave;
   std::filesystem::path file;
+  std::string fileName;  // FileState::name
   std::string readOnly;
   uint64_t refused = 0;
-  std::optional<io::DocumentPresence> presence;  // of the file
+  std::string refusal;                                 // why the last save was refused
+  std::optional<io::DocumentPresence> presence;        // of the file
+  std::chrono::steady_clock::time_point presenceAt{};  // when it was looked at
+  void followPresence();
+  void tellElsewhere();
   std::shared_ptr<const std::string> face;
   std::shared_ptr<DocumentRecords> documentRecords;
   std::shared_ptr<const Base> base;

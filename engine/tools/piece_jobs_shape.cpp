@@ -126,7 +126,7 @@ PieceResult crumbs(const Document& document, const PieceArguments& a, Job* job) 
                                 figure(cleaned.volumeMm3))});
 }
 
-// The middle of its lower side stays where it is: what stands goes on standing.
+// Without another place the middle of its lower side stays where it is: what stands goes on standing.
 PieceResult scale(const Document& document, const PieceArguments& a, Job* job) {
   const Piece& piece = pieceOf(document, a);
   const double factor = a.get<ScaleValues>().percent / 100;
@@ -136,7 +136,11 @@ PieceResult scale(const Document& document, const PieceArguments& a, Job* job) {
   const auto foot = [](const clay::BoxMm& box) {
     return Vec3d((box.low.x() + box.high.x()) / 2, (box.low.y() + box.high.y()) / 2, box.low.z());
   };
-  if (piece.version.stats().bricks > 0) result.changed[0].pose.translation += foot(before) - foot(after);
+  const auto& about = a.get<ScaleValues>().aboutMm;
+  if (about)
+    result.changed[0].pose.translation = *about + factor * (piece.pose.translation - *about);
+  else if (piece.version.stats().bricks > 0)
+    result.changed[0].pose.translation += foot(before) - foot(after);
   const double voxel = result.changed[0].version.grid().voxelMm;
   result.notes.push_back(fmt::format("{}: {}, with voxels of {:.4g} mm; no detail was lost.", piece.name,
                                      sizeWords(after.high - after.low), voxel));

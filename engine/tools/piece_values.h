@@ -33,6 +33,8 @@ struct SmoothValues {
 };
 struct ScaleValues {
   double percent = 100;
+  /// World mm, a place that stays where it is; none: the middle of the piece's lower side.
+  std::optional<Vec3d> aboutMm;
   friend bool operator==(const ScaleValues&, const ScaleValues&) = default;
 };
 struct ResampleValues {

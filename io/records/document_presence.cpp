@@ -76,6 +76,26 @@ void DocumentPresence::announce(const std::filesystem::path& file) {
   }
 }
 
+// As announce() does it: who gets the lock alone for a moment is the only one. A lock that could not be had alone is
+// gone (flock(2)) and is taken anew.
+bool DocumentPresence::look() {
+  bool elsewhere = false;
+  for (const Lock& lock : locks_) {
+    elsewhere = elsewhere || ::flock(lock.fd, LOCK_EX | LOCK_NB) != 0;
+    if (!share(lock)) elsewhere = true;  // Somebody holds it alone: to see whether it is alone.
+  }
+  elsewhere_ = elsewhere;
+  return elsewhere;
+}
+
+bool DocumentPresence::share(const Lock& lock) {
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    if (::flock(lock.fd, LOCK_SH | LOCK_NB) == 0) return true;
+    ::usleep(kBetweenUs);
+  }
+  return false;
+}
+
 DocumentPresence::~DocumentPresence() {
   for (const Lock& lock : locks_) {
     // The last one removes the file; a crash leaves it, empty and without a lock.

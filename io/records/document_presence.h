@@ -21,8 +21,10 @@ class DocumentPresence {
   DocumentPresence(const DocumentPresence&) = delete;
   DocumentPresence& operator=(const DocumentPresence&) = delete;
 
-  /// Somebody else, in this program too, had the document open when this was made.
+  /// Returns whether somebody else, in this program too, had the document open when this was made or last looked.
   [[nodiscard]] bool elsewhere() const { return elsewhere_; }
+  /// Looks again; returns elsewhere(). Some microseconds, during which another program may find nobody here.
+  bool look();
 
  private:
   struct Lock {
@@ -30,6 +32,7 @@ class DocumentPresence {
     int fd = -1;
   };
   void announce(const std::filesystem::path& file);
+  static bool share(const Lock& lock);
 
   std::vector<Lock> locks_;
   int pinned_ = -1;  ///< The document itself, so that no other file gets its inode meanwhile.

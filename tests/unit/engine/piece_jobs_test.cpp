@@ -267,6 +267,27 @@ TEST(PieceJobs, ScaleIsExactAndWhatStandsGoesOnStanding) {
   EXPECT_THROW((void)runPieceJob(row, document, huge), Error);
 }
 
+// By a gizmo: the place about which a piece is scaled stays where it is, wherever it lies and however it is turned.
+TEST(PieceJobs, ScaleAboutAPlaceLeavesThatPlaceWhereItIs) {
+  const PieceJob& row = *findPieceJob("scale");
+  for (const double percent : {50.0, 130.0, 200.0}) {
+    for (const Vec3d& about : {Vec3d(0, 0, 0), Vec3d(4, 6, 8), Vec3d(-30, 12, 5)}) {
+      Document document = Document::of(ball(10, {3, 4, 5}));
+      document.pieces[0].pose.translation = {1, 2, 3};
+      document.pieces[0].pose.rotation = Eigen::AngleAxisd(0.5, Vec3d(1, 2, -1).normalized());
+      PieceArguments arguments = of(row, document);
+      row.parameters[0].change(arguments, percent);
+      arguments.change<ScaleValues>().aboutMm = about;
+      const PieceResult result = runPieceJob(row, document, arguments);
+      ASSERT_EQ(result.changed.size(), 1u);
+      const Vec3d centre = document.pieces[0].pose.apply(Vec3d(3, 4, 5));
+      const clay::BoxMm box = clay::boundsOf(result.changed[0].version);
+      const Vec3d now = result.changed[0].pose.apply((box.low + box.high) / 2);
+      EXPECT_LT((now - (about + percent / 100 * (centre - about))).norm(), 1e-6 * percent) << percent;
+    }
+  }
+}
+
 // A coarse bust and a fine ball: neither does the ball's voxel make the bust heavy, nor is its detail lost without a
 // word.
 TEST(PieceJobs, CombinationsSayWhatTheirVoxelsCost) {

@@ -121,6 +121,9 @@ TEST_F(WorkbenchSaving, TwoWindowsWithOneDocumentAreToldOfEachOtherAndNeverMixed
   ASSERT_TRUE(until([&] { return second.snapshot()->document->pieces.size() == 1; }));
   ASSERT_TRUE(rest(second));
   EXPECT_THAT(told(second), HasSubstr("x.argil is open in another window"));
+  EXPECT_TRUE(second.snapshot()->file.elsewhere);
+  ASSERT_TRUE(until([&] { return first.snapshot()->file.elsewhere; })) << "the first window finds out too";
+  EXPECT_THAT(told(first), HasSubstr("x.argil is open in another window"));
   lift(first, 2);
   lift(second, 5);
   second.save({});
@@ -130,6 +133,7 @@ TEST_F(WorkbenchSaving, TwoWindowsWithOneDocumentAreToldOfEachOtherAndNeverMixed
   ASSERT_TRUE(until([&] { return first.snapshot()->file.refused == 1; })) << "another name is to be offered";
   ASSERT_TRUE(rest(first));
   EXPECT_THAT(told(first), AllOf(HasSubstr("x.argil"), HasSubstr("another name")));
+  EXPECT_THAT(first.snapshot()->file.refusal, AllOf(HasSubstr("x.argil"), HasSubstr("another name")));
   EXPECT_TRUE(first.snapshot()->file.unsaved);
   // Nor does a window replace what another one has open.
   second.saveAs(other, {});
@@ -140,6 +144,8 @@ TEST_F(WorkbenchSaving, TwoWindowsWithOneDocumentAreToldOfEachOtherAndNeverMixed
   EXPECT_EQ(first.snapshot()->file.refused, 1u);
   first.saveAs(folder / "z.argil", {});
   ASSERT_TRUE(until([&] { return !first.snapshot()->file.unsaved; })) << told(first);
+  EXPECT_TRUE(until([&] { return !first.snapshot()->file.elsewhere && !second.snapshot()->file.elsewhere; }))
+      << "each has a file of its own by now";
   for (const auto& [path, mm] : {std::pair{file, 5.0}, {other, 5.0}, {folder / "z.argil", 2.0}}) {
     const OpenedDocument opened = openDocument(path);
     EXPECT_EQ(opened.states[opened.done].document->pieces[0].pose.translation.z(), mm) << path;
@@ -232,6 +238,48 @@ TEST_F(WorkbenchSaving, WhatACrashLeftIsOfferedAndComesBack) {
   Workbench third(options());
   ASSERT_TRUE(until([&] { return third.recoverable() != nullptr; }));
   EXPECT_TRUE(third.recoverable()->empty());
+}
+
+// Where the saved file is another one by now, the work still has its name; it is not written over that file.
+TEST_F(WorkbenchSaving, WhatIsRecoveredKeepsItsName) {
+  const fs::path file = folder / "head.argil";
+  {
+    Workbench bench(options());
+    block(bench);
+    bench.saveAs(file, {});
+    ASSERT_TRUE(until([&] { return !bench.snapshot()->file.unsaved; })) << told(bench);
+    lift(bench, 5);
+    bench.leaveJournal();
+  }
+  const auto recovered = [&](Workbench& bench) {
+    ASSERT_TRUE(until([&] { return bench.recoverable() != nullptr; }));
+    ASSERT_EQ(bench.recoverable()->size(), 1u);
+    bench.recover(bench.recoverable()->front());
+    ASSERT_TRUE(until([&] { return bench.snapshot()->document->pieces.size() == 1; })) << told(bench);
+    EXPECT_EQ(bench.snapshot()->document->pieces[0].pose.translation.z(), 5);
+    EXPECT_TRUE(bench.snapshot()->file.unsaved);
+  };
+  {
+    Workbench bench(options());
+    recovered(bench);
+    EXPECT_EQ(bench.snapshot()->file.path, file) << "nothing has happened to it";
+    bench.leaveJournal();
+  }
+  {
+    Workbench other(options());
+    other.open(file);
+    ASSERT_TRUE(until([&] { return other.snapshot()->document->pieces.size() == 1; }));
+    lift(other, 1);
+    other.save({});
+    ASSERT_TRUE(until([&] { return !other.snapshot()->file.unsaved; })) << told(other);
+  }
+  Workbench bench(options());
+  recovered(bench);
+  EXPECT_EQ(bench.snapshot()->file.path, fs::path());
+  EXPECT_EQ(bench.snapshot()->file.name, "head.argil");
+  bench.saveAs(folder / "other.argil", {});
+  ASSERT_TRUE(until([&] { return !bench.snapshot()->file.unsaved; })) << told(bench);
+  EXPECT_EQ(bench.snapshot()->file.name, "") << "it has a file of its own";
 }
 
 TEST_F(WorkbenchSaving, ADamagedDocumentIsToldAndMended) {

@@ -170,6 +170,32 @@ TEST(DocumentPresence, IsToldOfADocumentThatIsOpenElsewhere) {
   EXPECT_TRUE(DocumentPresence(folder / "none.argil", state).elsewhere());
 }
 
+// The one that was there first finds the other when it looks again, and is found as before.
+TEST(DocumentPresence, FindsThoseThatComeAndGoLater) {
+  const samples::Folder folder;
+  const fs::path path = folder / "a.argil", state = folder / "open";
+  spill(path, "a");
+  DocumentPresence first(path, state);
+  EXPECT_FALSE(first.look());
+  for (int round = 0; round < 3; ++round) {
+    std::optional<DocumentPresence> second(std::in_place, path, state);
+    EXPECT_TRUE(second->elsewhere());
+    EXPECT_FALSE(first.elsewhere()) << "until it looks";
+    EXPECT_TRUE(first.look());
+    EXPECT_TRUE(first.elsewhere());
+    EXPECT_TRUE(second->look());
+    EXPECT_TRUE(DocumentPresence(path, state).elsewhere()) << "looking gives nothing up";
+    {
+      const DocumentPresence third(path, state);
+      EXPECT_TRUE(first.look());
+    }
+    second.reset();
+    EXPECT_FALSE(first.look());
+    EXPECT_FALSE(first.elsewhere());
+  }
+  EXPECT_TRUE(DocumentPresence(path, state).elsewhere());
+}
+
 TEST(DocumentPresence, EndsWithItsProgramHoweverThatEnds) {
   const samples::Folder folder;
   const fs::path path = folder / "a.argil", state = folder / "open";
