@@ -54,6 +54,7 @@ Grip SessionWindow::grip(const Event& event, bool down) const {
   grip.direction = r.direction;
   grip.down = down;
   grip.snapOff = (event.modifiers & kControl) != 0;
+  grip.adds = grip.snapOff;
   grip.constrain = (event.modifiers & kShift) != 0;
   return grip;
 }
@@ -225,6 +226,7 @@ void SessionWindow::takeTool(const Event& held) {
 bool SessionWindow::waits(const Event& event) {
   if (event.kind != Kind::press || event.button != Button::left || drag_ != Drag::none || !bench_.usesPointer())
     return false;
+  if (sizeKey_) return false;  // It sizes the tool.
   if (window_.nowS() - event.timeS > kToolPatienceS) return false;
   if (toolDiffers(event)) {
     takeTool(event);
@@ -263,6 +265,9 @@ void SessionWindow::move(const Event& event) {
     case Drag::steer:
       steer(event, true);
       break;
+    case Drag::size:
+      scaleTool(event);
+      break;
     case Drag::click:
       // Beside the clay a drag turns the view, so that one button is enough.
       if (std::abs(event.x - dragFrom_.x) + std::abs(event.y - dragFrom_.y) > kClickUnits && !footprint_)
@@ -276,11 +281,23 @@ void SessionWindow::move(const Event& event) {
 
 // F and a drag: the ring grows and shrinks where it was.
 bool SessionWindow::sizing(const Event& event) {
-  if (!sizeKey_ || drag_ != Drag::none) return false;
+  if (!sizeKey_ || sizeDragged_ || drag_ != Drag::none) return false;
   if (!sizing_ && std::abs(event.x - sizeFromX_) <= kClickUnits) return false;
   sizing_ = true;
   scaleTool(event);
   changed();
+  return true;
+}
+
+// With F held a drag with the left button sizes the tool as well: it touches neither clay nor widgets, and goes on when
+// F comes up first.
+bool SessionWindow::pressSize(const Event& event) {
+  if (!sizeKey_ || drag_ != Drag::none || event.button != Button::left) return false;
+  held_.insert(event.button);
+  drag_ = Drag::size;
+  sizing_ = sizeDragged_ = true;
+  sizeFromMm_ = state_.tool().radiusMm;
+  sizeFromX_ = event.x;
   return true;
 }
 
@@ -376,10 +393,14 @@ void SessionWindow::press(const Event& event) {
     drag_ = Drag::panel;
     return;
   }
+  if (pressSize(event)) {
+    changed();
+    return;
+  }
   Context c = context();
   const bool second = drag_ != Drag::none;
   if (second && (drag_ == Drag::stroke || drag_ == Drag::line || drag_ == Drag::steer || drag_ == Drag::widget ||
-                 drag_ == Drag::curve))
+                 drag_ == Drag::curve || drag_ == Drag::size))
     return;
   dragFrom_ = event;
   pivot_ = under(event);
@@ -413,14 +434,15 @@ void SessionWindow::pressLeft(const Event& event, Context& c) {
   const engine::Piece* piece = now_->document->workedOn();
   // A piece that is not worked on is beside the clay: a click on it chooses it, a drag turns the view.
   if (!piece || piece->id != hit->piece) footprint_.reset();
+  if (state_.planeCut) footprint_.reset();  // A drag beside the plane's handles turns the view.
   // Beside a point of the box nothing is carved by mistake.
-  if (piece && piece->id == hit->piece && bench_.usesSimulated() && !state_.deformBox) {
+  if (piece && piece->id == hit->piece && bench_.usesSimulated() && !state_.deformBox && !state_.planeCut) {
     steered_ = strokeHere();
     drag_ = Drag::steer;
     steer(event, true);
     return;
   }
-  if (!piece || piece->id != hit->piece || !bench_.usesPointer() || state_.deformBox) return;
+  if (!piece || piece->id != hit->piece || !bench_.usesPointer() || state_.deformBox || state_.planeCut) return;
   takeTool(event);
   if (state_.straight) {
     line_ = strokeHere();
@@ -469,6 +491,9 @@ void SessionWindow::release(const Event& event) {
   if (opensRing) ring_ = QuickRing::around(event.x, event.y, width_, height_);
   if (drag_ == Drag::ring && event.button == Button::left) {
     releaseRing(event);
+  } else if (drag_ == Drag::size && event.button == Button::left) {
+    drag_ = Drag::none;
+    if (!sizeKey_) sizing_ = false;
   } else if (drag_ == Drag::line && event.button == Button::left) {
     if (!click) endLine(event);
     line_.reset();
@@ -487,7 +512,8 @@ void SessionWindow::release(const Event& event) {
     drag_ = Drag::none;
   } else if (drag_ == Drag::click && event.button == Button::left) {
     Context c = context();
-    if (click && widgets_.click(c, grip(event, false))) workOnSelected();
+    const Grip last = grip(event, false);
+    if (click && widgets_.click(c, last) && !last.adds) workOnSelected();
     drag_ = Drag::none;
   } else if (held_.empty()) {
     drag_ = Drag::none;
@@ -544,12 +570,13 @@ void SessionWindow::key(const Event& event) {
     // Alone it focuses; with a drag it sizes the tool. Which of them is known when it comes up.
     if (down && !event.repeat) {
       sizeKey_ = true;
-      sizing_ = false;
+      sizing_ = sizeDragged_ = false;
       sizeFromMm_ = state_.tool().radiusMm;
       sizeFromX_ = mouse_.x;
     } else if (!down && sizeKey_) {
       const bool sized = sizing_;
-      sizeKey_ = sizing_ = false;
+      sizeKey_ = false;
+      sizing_ = drag_ == Drag::size;
       Context c = context();
       if (!sized) runShortcut(c, shortcut);
     }
@@ -587,13 +614,19 @@ void SessionWindow::key(const Event& event) {
       }
       return;
     }
-    if (state_.deformBox && !dialog && drag_ == Drag::none && !widgets_.held() && !widgets_.placing()) {
+    const bool free = !dialog && drag_ == Drag::none && !widgets_.held() && !widgets_.placing();
+    if (state_.planeCut && free) {
+      state_.planeCut->cancel = true;
+      return;
+    }
+    if (state_.deformBox && free) {
       state_.deformBox->cancel = true;
       return;
     }
     if (sizing_) {
       state_.tool().radiusMm = sizeFromMm_;
       sizeKey_ = sizing_ = false;
+      if (drag_ == Drag::size) drag_ = Drag::panel;
       return;
     }
     if (widgets_.held() || widgets_.placing()) {
@@ -603,6 +636,10 @@ void SessionWindow::key(const Event& event) {
     }
   }
   if (event.key == Key::enter && !state_.drawnCurve && widgets_.finish(c)) return;
+  if (event.key == Key::enter && !state_.drawnCurve && state_.planeCut && !dialog) {
+    state_.planeCut->apply = true;
+    return;
+  }
   if (event.key == Key::enter && !state_.drawnCurve && state_.deformBox && !dialog) {
     state_.deformBox->apply = true;
     return;

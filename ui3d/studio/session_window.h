@@ -39,7 +39,7 @@ class SessionWindow {
   void run();
 
  private:
-  enum class Drag : uint8_t { none, panel, orbit, pan, stroke, line, widget, curve, click, ring, steer };
+  enum class Drag : uint8_t { none, panel, orbit, pan, stroke, line, widget, curve, click, ring, steer, size };
 
   // The loop (studio.cpp)
   void followStylus(double now);
@@ -81,6 +81,7 @@ class SessionWindow {
   void key(const Event& event);
   bool sizing(const Event& event);
   void scaleTool(const Event& event);
+  bool pressSize(const Event& event);
   bool pressRing(const Event& event);
   void dragRing(const Event& event, float dx, float dy);
   void releaseRing(const Event& event);
@@ -160,6 +161,7 @@ class SessionWindow {
   Vec3d pivot_ = Vec3d::Zero();
   double panDepthMm_ = 100;
   bool sizeKey_ = false, sizing_ = false, placing_ = false;
+  bool sizeDragged_ = false;  // Since F went down: motions without a button size no longer.
   double sizeFromMm_ = 1;
   float sizeFromX_ = 0;
   std::optional<render::Cursor::Footprint> footprint_;
@@ -185,6 +187,7 @@ class SessionWindow {
   std::vector<std::pair<engine::Id, std::shared_ptr<const clay::TriangleMesh>>> partsWaiting_;
   engine::DocumentPtr placedFor_;
   std::optional<GrownPiece> placedGrown_;
+  engine::Id placedWorked_ = 0;
   render::UiFrame panelsFrame_;
   uint64_t shotShown_ = 0, panelsShown_ = 0;
   bool stillShown_ = false;

@@ -30,7 +30,7 @@ constexpr double kClearMm = 15;  // Above a model that is opened, of the tip of 
 bool same(const render::PieceLook& a, const render::PieceLook& b) {
   return a.rotation.coeffs() == b.rotation.coeffs() && a.translationMm == b.translationMm && a.colour.r == b.colour.r &&
          a.colour.g == b.colour.g && a.colour.b == b.colour.b && a.visible == b.visible && a.dimmed == b.dimmed &&
-         a.hideMasked == b.hideMasked && a.materials == b.materials && a.grownMm == b.grownMm;
+         a.hideMasked == b.hideMasked && a.materials == b.materials && a.grownMm == b.grownMm && a.scale == b.scale;
 }
 
 template <class Thing>
@@ -131,7 +131,7 @@ void SessionWindow::takeSurfaces() {
       if (state_.grown == state_.growing) state_.grown.reset();
       state_.growing.reset();
       if (const auto look = placed_.find(change.piece); change.whole && look != placed_.end() && !state_.grown)
-        look->second.grownMm = 0;  // placed with that surface, in the same picture
+        look->second.grownMm = 0, look->second.scale = 1;  // placed with that surface, in the same picture
     }
     waiting_.pieces.push_back(std::move(change));
   }
@@ -142,21 +142,31 @@ void SessionWindow::takeSurfaces() {
 void SessionWindow::follow() {
   takeSurfaces();
   followPreview();
-  if (placedFor_ == now_->document && placedGrown_ == state_.grown) return;
+  const std::optional<GrownPiece> grown = state_.scaled ? state_.scaled : state_.grown;
+  const engine::Id worked = state_.planeCut ? state_.planeCut->arguments.pieces.front() : now_->document->active;
+  if (placedFor_ == now_->document && placedGrown_ == grown && placedWorked_ == worked) return;
+  placedWorked_ = worked;
   placedFor_ = now_->document;
-  placedGrown_ = state_.grown;
+  placedGrown_ = grown;
   shotShown_ = 0;  // Places and looks are no part of the shot.
   const engine::Document& document = *now_->document;
   std::map<engine::Id, render::PieceLook> wanted;
+  const auto scale = [&grown](engine::Id id, render::PieceLook& look) {
+    if (!grown || grown->piece != id) return;
+    look.scale = grown->factor;
+    look.translationMm = grown->aboutMm + grown->factor * (look.translationMm - grown->aboutMm);
+  };
   for (const engine::Piece& piece : document.pieces) {
     wanted[piece.id] = lookOf(piece);
     wanted[piece.id].hideMasked = piece.hideMasked;
     wanted[piece.id].materials = engine::materialColours(piece);
-    wanted[piece.id].dimmed |= document.pieces.size() > 1 && piece.id != document.active;
-    if (state_.grown && state_.grown->piece == piece.id) wanted[piece.id].grownMm = state_.grown->mm;
+    wanted[piece.id].dimmed |= document.pieces.size() > 1 && piece.id != worked;
+    if (grown && grown->piece == piece.id) wanted[piece.id].grownMm = grown->mm;
+    scale(piece.id, wanted[piece.id]);
   }
   for (const engine::Part& part : document.parts) {
     wanted[part.id] = lookOf(part);
+    scale(part.id, wanted[part.id]);
     if (parts_[part.id] == part.mesh.get()) continue;
     parts_[part.id] = part.mesh.get();
     partsWaiting_.emplace_back(part.id, part.mesh);
@@ -250,7 +260,7 @@ void SessionWindow::showWhole(bool glide) {
 }
 
 std::optional<render::Cursor> SessionWindow::cursor() {
-  if (state_.drawnCurve) return std::nullopt;
+  if (state_.drawnCurve || state_.planeCut) return std::nullopt;
   const engine::Tool tool = toolSent_.value_or(engine::Tool());
   CursorOptions options;
   options.heightUnits = height_;
@@ -266,7 +276,7 @@ std::optional<render::Cursor> SessionWindow::cursor() {
       return under ? std::optional(pointerCursor(*under, tool, camera_.view(), options, hand_.pressed()))
                    : std::nullopt;
     }
-    const bool free = drag_ == Drag::none || (drag_ == Drag::ring && sizing_);
+    const bool free = drag_ == Drag::none || drag_ == Drag::size || (drag_ == Drag::ring && sizing_);
     if (!footprint_ || overWidget_ || !free || widgets_.placing()) return std::nullopt;
     engine::Tool shown = tool;
     if (sizing_) shown.radiusMm = state_.tool().radiusMm;

@@ -13,6 +13,7 @@
 #include "clay/base/error.h"
 #include "haptics/base/clock.h"
 #include "ui3d/studio/files/settings.h"
+#include "ui3d/studio/kit/kit.h"
 #include "ui3d/studio/kit/theme.h"
 #include "ui3d/studio/session_window.h"
 #include "ui3d/studio/view/icon.h"
@@ -67,8 +68,11 @@ StudioState firstState(const StudioOptions& options) {
     state.quality = own.quality;
     state.framesPerSecond = own.framesPerSecond;
   }
-  if (options.theme) state.theme = *options.theme;
-  state.look.lightBackground = state.theme == Theme::light;
+  if (options.theme) {
+    state.keptTheme = {state.theme, state.look.lightBackground};
+    state.theme = *options.theme;
+    state.look.lightBackground = state.theme == Theme::light;
+  }
   state.shown.firstStart = options.file.empty() && state.startPage;
   if (!options.file.empty()) {
     if (options.play.empty()) state.remember(options.file);
@@ -147,7 +151,10 @@ void SessionWindow::uiStep() {
   if (state_.look.scaleBar && free[2] > free[0] && !split) drawScaleBar(camera_.view(), free, width_, height_, state_);
   if (!split)
     for (const Widgets::Label& label : widgets_.labels(c)) drawLabel(label, state_.theme);
-  std::string hint = state_.drawnCurve ? state_.drawnCurve->hint() : widgets_.hint();
+  std::string hint = sizing_             ? "Radius " + kit::written(state_.tool().radiusMm) + " mm"
+                     : state_.drawnCurve ? state_.drawnCurve->hint()
+                     : state_.planeCut   ? state_.planeCut->hint()
+                                         : widgets_.hint();
   if (hint.empty() && split && now - activeS_ < kLivelyS) hint = "A picture for each eye. Esc brings the panels back";
   if (!hint.empty()) {
     const float grey = state_.theme == Theme::light ? 0.1f : 0.95f;
@@ -277,8 +284,9 @@ void SessionWindow::serveRecording(double now) {
 // The tip of a device that is no pointer: a hand on widgets too.
 void SessionWindow::followStylus(double now) {
   const haptics::StylusSample before = std::exchange(stylus_, bench_.latest());
-  // The hand is on a widget, or draws, or waits for what the drawn curve or the box around the clay is to do.
-  const bool cuts = bench_.usesPointer() || !(overWidget_ || state_.drawnCurve || state_.deformBox);
+  // The hand is on a widget, or draws, or waits for what the drawn curve, the plane or the box around the clay is to
+  // do.
+  const bool cuts = bench_.usesPointer() || !(overWidget_ || state_.drawnCurve || state_.deformBox || state_.planeCut);
   if (std::exchange(cuts_, cuts) != cuts) bench_.setCutting(cuts);
   if (bench_.usesPointer() || (stylus_.flags & haptics::kStale)) return;
   if (stylus_.proxy == before.proxy && stylus_.buttons == before.buttons) return;
@@ -338,7 +346,7 @@ void SessionWindow::turn() {
     followStylus(now);
     followDeformBox();
     Context c = context();
-    if (followDrawnCurve(c)) {
+    if (followDrawnCurve(c) || followPlaneCut(c)) {
       hoverStale_ = true;
       uiSteps_ = std::max(uiSteps_, 1);
     }

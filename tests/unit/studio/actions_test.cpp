@@ -13,6 +13,7 @@
 #include "clay/base/error.h"
 #include "ui3d/studio/files/file_kinds.h"
 #include "ui3d/studio/panels/settings_tables.h"
+#include "ui3d/studio/panels/synonyms.h"
 #include "ui3d/studio/view/panel_table.h"
 
 namespace argil::studio {
@@ -235,6 +236,107 @@ TEST(Texts, OfAllTablesReadAsEnglish) {
     EXPECT_EQ(text.find("  "), std::string::npos) << text;
     EXPECT_TRUE(text.empty() || (text.front() != ' ' && text.back() != ' ')) << "'" << text << "'";
   }
+}
+
+// What sculptors, modellers and people who print type when they look for it.
+TEST(Actions, AreFoundByTheWordsOfOtherPrograms) {
+  const std::multimap<std::string, std::string> wanted = {
+      {"boolean", "piece.join"},
+      {"boolean", "piece.cut"},
+      {"boolean", "piece.intersect"},
+      {"union", "piece.join"},
+      {"merge", "piece.join"},
+      {"weld", "piece.join"},
+      {"subtract", "piece.cut"},
+      {"difference", "piece.cut"},
+      {"move", "gizmo.move"},
+      {"translate", "gizmo.move"},
+      {"move", "tool.tug"},
+      {"grab", "tool.tug"},
+      {"snake hook", "tool.tug"},
+      {"camera", "panel.view"},
+      {"lens", "panel.view"},
+      {"resolution", "piece.resample"},
+      {"remesh", "piece.resample"},
+      {"dynamesh", "piece.resample"},
+      {"detail", "piece.resample"},
+      {"trim", "piece.cut-plane"},
+      {"trim", "piece.cut-curve"},
+      {"knife", "piece.cut-plane"},
+      {"decimate", "file.export"},
+      {"matcap", "shading.matcap"},
+      {"perspective", "view.projection"},
+      {"turntable", "view.iso"},
+      {"screenshot", "file.picture"},
+      {"extrude", "piece.offset"},
+      {"thicken", "piece.offset"},
+      {"hollow", "piece.shell"},
+      {"group", "panel.things"},
+      {"outliner", "panel.things"},
+      {"isolate", "edit.isolate"},
+      {"solo", "edit.isolate"},
+      {"alpha", "tool.emboss"},
+      {"hide", "edit.hide"},
+      {"visibility", "edit.hide"},
+      {"clone", "edit.duplicate"},
+      {"hotkeys", "panel.shortcuts"},
+      {"keymap", "panel.shortcuts"},
+      {"options", "panel.preferences"},
+      {"dark mode", "window.theme"},
+      {"cross section", "view.section"},
+      {"measure distance", "guides.ruler"},
+      {"caliper", "guides.thickness"},
+      {"gizmo", "gizmo.rotate"},
+      {"dam standard", "tool.crease"},
+      {"mold", "piece.mould"},
+      {"primitive", "clay.block"},
+      {"Boolean", "piece.join"},
+      {"DECIM", "file.export"},
+  };
+  constexpr size_t kSeen = 5;  // Without scrolling or reading far.
+  for (const auto& [typed, id] : wanted) {
+    const auto found = searchActions(typed);
+    const auto at = std::find_if(found.begin(), found.end(), [&](const Action* each) { return each->id == id; });
+    EXPECT_LT(size_t(at - found.begin()), kSeen) << typed << ": " << id;
+    EXPECT_NE(at, found.end()) << typed << ": " << id;
+  }
+}
+
+TEST(Actions, SynonymsAreWordsOfRowsThatThereAre) {
+  std::set<std::string_view> ids;
+  for (const Synonyms& row : synonyms()) {
+    EXPECT_NE(findAction(row.id), nullptr) << row.id;
+    EXPECT_TRUE(ids.insert(row.id).second) << row.id << " comes twice";
+    EXPECT_FALSE(row.words.empty()) << row.id;
+    EXPECT_TRUE(std::none_of(row.words.begin(), row.words.end(), [](char c) { return c >= 'A' && c <= 'Z'; }))
+        << row.words;
+    std::istringstream words{std::string(row.words)};
+    for (std::string word; words >> word;) {
+      const auto found = searchActions(word);
+      EXPECT_TRUE(std::any_of(found.begin(), found.end(), [&](const Action* each) { return each->id == row.id; }))
+          << word << ": " << row.id;
+    }
+  }
+  // Formats are found by their names; what plugins bring has none.
+  for (const Action& action : actions())
+    EXPECT_TRUE(!action.synonyms.empty() || action.id.starts_with("file.export.")) << action.id;
+}
+
+TEST(Actions, WhatIsMistypedIsOfferedByTheNearestNames) {
+  const auto offered = [](const char* typed, const char* id) {
+    const auto near = nearestActions(typed);
+    EXPECT_LE(near.size(), 5u);
+    return std::any_of(near.begin(), near.end(), [&](const Action* each) { return each->id == id; });
+  };
+  EXPECT_TRUE(searchActions("smoth brsh").empty());
+  EXPECT_TRUE(offered("smotth", "tool.smooth"));
+  EXPECT_TRUE(offered("bolean", "piece.join"));
+  EXPECT_TRUE(offered("boleen", "piece.join"));
+  EXPECT_TRUE(offered("remseh", "piece.resample"));
+  EXPECT_TRUE(offered("exprot", "file.export"));
+  EXPECT_TRUE(offered("simmetry", "symmetry.x"));
+  EXPECT_TRUE(offered("decimat", "file.export"));
+  EXPECT_FALSE(nearestActions("qqqq").empty());
 }
 
 TEST(Actions, AreFoundByWhatIsTyped) {

@@ -158,7 +158,7 @@ TEST(Camera, NamedViewsAreExactAndKeepTheSize) {
     Camera camera = random.camera();
     const double height = camera.view().heightAtTarget();
     const Vec3d target = camera.view().target;
-    camera.look(name, {}, 1.5);
+    camera.look(name, target);
     int steps = 0;
     while (camera.tick(0.01) && steps < 1000) ++steps;
     EXPECT_GE(steps, 15);
@@ -170,16 +170,37 @@ TEST(Camera, NamedViewsAreExactAndKeepTheSize) {
     EXPECT_LT((camera.view().target - target).norm(), 1e-9);
   }
   Camera camera;
-  EXPECT_THROW(camera.look("sideways", {}, 1), Error);
+  EXPECT_THROW(camera.look("sideways", Vec3d::Zero()), Error);
 }
 
-TEST(Camera, ALookWithABoxAndAFocusFitIt) {
+// Whatever the hand did before: the point keeps its place in the picture and its distance.
+TEST(Camera, NamedViewsTurnAboutAPointThatKeepsItsPlace) {
+  Random random(7);
+  for (int i = 0; i < 100; ++i) {
+    Camera camera = random.camera();
+    const Vec3d point = random.seen(camera);
+    camera.zoom(float(random.between(-6, 6)), point);
+    camera.orbit(float(random.between(-300, 300)), float(random.between(-300, 300)), kHeight, point);
+    const Vec3d before = at(camera, point);
+    const double size = camera.view().heightAtTarget();
+    camera.look(View::names()[size_t(i) % View::names().size()], point);
+    while (camera.tick(0.05)) {
+    }
+    EXPECT_LT((at(camera, point) - before).head<2>().norm(), kWindow);
+    EXPECT_NEAR(camera.view().heightAtTarget(), size, 1e-9 * size);
+  }
+}
+
+TEST(Camera, AFocusFitsABox) {
   Box box;
   box.add(Vec3d(40, 50, 60));
   box.add(Vec3d(60, 70, 90));
   Camera camera;
   camera.openingDegrees(50);
-  camera.look("left", box, 1.5);
+  camera.look("left", Vec3d::Zero());
+  while (camera.tick(0.05)) {
+  }
+  camera.focus(box, 1.5);
   while (camera.tick(0.05)) {
   }
   EXPECT_TRUE(camera.view().target.isApprox(box.centre()));
@@ -198,7 +219,7 @@ TEST(Camera, ALookWithABoxAndAFocusFitIt) {
 TEST(Camera, AGlideGoesStraightAndTheHandEndsIt) {
   Camera camera;
   camera.set(View::named("front", {}, 1));
-  camera.look("back", {}, 1);
+  camera.look("back", camera.view().target);
   EXPECT_TRUE(camera.tick(0.1));
   EXPECT_NEAR(camera.view().axes().up.z(), 1, 1e-9) << "about the vertical, not over the top";
   EXPECT_NEAR(std::abs(camera.view().axes().forward.x()), 1, 1e-9) << "half way after half of the time";

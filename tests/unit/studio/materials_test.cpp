@@ -75,6 +75,9 @@ TEST_F(Materials, ADragOfANumberIsOneStepAndIsFeltByTheScene) {
   add();
   const size_t before = steps();
   const double stiffness = piece().materials[0].material.stiffnessNmm;
+  EXPECT_TRUE(std::isnan(inRow(1, {"stiffnessNmm", "bar"}).x)) << "no force device: folded away";
+  rig.click(inRow(1, {"Feel", "fold"}));
+  rig.frames(2);
   const ImVec2 at = inRow(1, {"stiffnessNmm", "bar"});
   ASSERT_FALSE(std::isnan(at.x));
   rig.drag(at, {at.x + 60, at.y});

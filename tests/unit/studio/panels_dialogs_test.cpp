@@ -78,6 +78,106 @@ TEST_F(Dialogs, AMeshIsImportedByItsPath) {
   EXPECT_DOUBLE_EQ(rig.bench.snapshot()->document->pieces[0].version.grid().voxelMm, 0.5);
 }
 
+// Enter is the main button of a dialog, whatever else is lit in it: a format that is chosen stays chosen.
+TEST_F(Dialogs, EnterExportsAndUndoesNoChoice) {
+  rig.bench.addBlock(Vec3d(10, 10, 10), 1, {.voxelMm = 1});
+  rig.until([&] { return pieces() == 1; }, "a block");
+  rig.frames(3);
+  rig.state.lastFolder = folder.string();
+  for (const char* format : {"STL", "OBJ", "PLY"}) {
+    SCOPED_TRACE(format);
+    rig.run("file.export.3mf");
+    press("Export", format);
+    rig.frames(2);
+    rig.key(ImGuiKey_Enter);
+    rig.frames(3);
+    EXPECT_EQ(ImGui::GetTopMostPopupModal(), nullptr) << "Enter exports";
+    std::string ending(format);
+    std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return char(std::tolower(c)); });
+    rig.until([&] { return rig.bench.idle(); }, "idle");
+    EXPECT_TRUE(fs::exists(folder / ("Block." + ending)));
+    EXPECT_TRUE(fs::exists(folder / "Block.3mf")) << "was chosen before";
+    std::error_code ignored;
+    for (const auto& file : fs::directory_iterator(folder))
+      if (file.is_regular_file()) fs::remove(file, ignored);
+  }
+}
+
+TEST_F(Dialogs, EnterEndsAPageThatHasNothingToDecide) {
+  for (const char* id : {"panel.preferences", "panel.shortcuts", "panel.plugins", "file.recover"}) {
+    SCOPED_TRACE(id);
+    rig.run(id);
+    rig.frames(2);
+    ASSERT_NE(ImGui::GetTopMostPopupModal(), nullptr);
+    const float scale = rig.state.interfaceScale;
+    const Theme theme = rig.state.theme;
+    rig.key(ImGuiKey_Enter);
+    rig.frames(2);
+    EXPECT_EQ(ImGui::GetTopMostPopupModal(), nullptr);
+    EXPECT_EQ(rig.state.interfaceScale, scale);
+    EXPECT_EQ(rig.state.theme, theme);
+  }
+}
+
+// A list that is open takes arrows and Enter; the dialog below it stays.
+TEST_F(Dialogs, ListsTakeArrowsAndEnter) {
+  rig.run("panel.preferences");
+  const ImVec2 at = rig.find("Preferences", {"Size", "##choice"});
+  ASSERT_FALSE(std::isnan(at.x));
+  rig.click(at);
+  rig.frames(2);
+  rig.key(ImGuiKey_DownArrow);
+  rig.key(ImGuiKey_DownArrow);
+  rig.key(ImGuiKey_DownArrow);
+  rig.key(ImGuiKey_UpArrow);
+  EXPECT_EQ(rig.state.interfaceScale, 0) << "not before Enter";
+  rig.key(ImGuiKey_Enter);
+  rig.frames(2);
+  EXPECT_EQ(rig.state.interfaceScale, 1) << "two below: 75 %, 100 %";
+  ASSERT_NE(ImGui::GetTopMostPopupModal(), nullptr) << "Enter was the list's";
+  rig.click(at);
+  rig.frames(2);
+  rig.key(ImGuiKey_UpArrow);
+  rig.key(ImGuiKey_Escape);
+  rig.frames(2);
+  EXPECT_EQ(rig.state.interfaceScale, 1) << "Escape leaves it as it was";
+}
+
+TEST_F(Dialogs, FilesAndFoldersAreWalkedByArrows) {
+  rig.run("file.part");
+  fillIn("Files", "##folder", folder.string());
+  rig.key(ImGuiKey_Enter);
+  rig.frames(3);
+  rig.click(rig.find("Files", {"##name"}));  // Where the keys go when the dialog opens.
+  rig.key(ImGuiKey_DownArrow);
+  rig.key(ImGuiKey_Enter);  // The one folder.
+  rig.frames(3);
+  ASSERT_NE(ImGui::GetTopMostPopupModal(), nullptr);
+  rig.key(ImGuiKey_DownArrow);
+  rig.key(ImGuiKey_DownArrow);  // There is but one mesh.
+  rig.key(ImGuiKey_Enter);
+  asked();
+  rig.key(ImGuiKey_Enter);
+  rig.until([&] { return rig.bench.snapshot()->document->parts.size() == 1; }, "a part");
+}
+
+TEST_F(Dialogs, RecentFilesAreWalkedByArrows) {
+  for (const char* name : {"a.obj", "b.obj"})
+    fs::copy_file(folder / "models" / "tetra.obj", folder / name, fs::copy_options::overwrite_existing);
+  rig.state.recentFiles = {(folder / "gone.obj").string(), (folder / "a.obj").string(), (folder / "lost.obj").string(),
+                           (folder / "b.obj").string()};
+  rig.run("file.recent");
+  rig.frames(2);
+  rig.key(ImGuiKey_DownArrow);  // Over what is not there.
+  rig.key(ImGuiKey_DownArrow);
+  rig.key(ImGuiKey_Enter);
+  asked();
+  EXPECT_STREQ(ImGui::GetTopMostPopupModal()->Name, "Asked");
+  press("Asked", "Open");
+  rig.until([&] { return pieces() == 1; }, "opened");
+  EXPECT_EQ(rig.state.recentFiles[0], (folder / "b.obj").string());
+}
+
 TEST_F(Dialogs, FoldersAreWalkedByDoubleClicks) {
   rig.run("file.part");
   fillIn("Files", "##folder", folder.string());
@@ -477,6 +577,11 @@ TEST_F(Operations, EveryOneOpensOrRunsAndIsCancelled) {
       rig.state.drawnCurve.reset();
       continue;
     }
+    if (placesPlane(job)) {
+      EXPECT_TRUE(rig.state.planeCut);
+      rig.state.planeCut.reset();
+      continue;
+    }
     EXPECT_NE(ImGui::GetTopMostPopupModal(), nullptr);
     EXPECT_GT(ImGui::GetDrawData()->TotalVtxCount, 100);
     press("Cancel");
@@ -531,22 +636,143 @@ TEST_F(Operations, AnOffsetIsShownWhileItIsAskedForAndUntilItIsThere) {
   press("Cancel");
 }
 
-TEST_F(Operations, ACutGoesThroughTheMiddleOfThePiece) {
+// The plane is placed in the picture: nothing covers the clay, and the settings have its numbers.
+class PlacedPlanes : public Operations {
+ protected:
+  void press(const char* button) {
+    const ImVec2 at = rig.find("Settings", {button, "button"});
+    ASSERT_FALSE(std::isnan(at.x)) << button;
+    rig.click(at);
+  }
+  bool follow() {
+    rig.now = rig.bench.snapshot();
+    Context c{rig.bench, *rig.now, rig.state, rig.camera, PanelsRig::renderer(), 0, 0, 1280, 720, 1};
+    return followPlaneCut(c);
+  }
+  ImVec2 segment(int number) {
+    ImGuiWindow* window = ImGui::FindWindowByName("Settings");
+    return rig.findId(window,
+                      ImHashStr("segment", 0, ImHashData(&number, sizeof number, ImHashStr("keep", 0, window->ID))));
+  }
+};
+
+TEST_F(PlacedPlanes, ACutGoesThroughTheMiddleOfThePiece) {
+  rig.state.shown.firstStart = false;
   rig.state.selected = document().pieces[0].id;
   const uint64_t before = document().pieces[0].version.hash();
   rig.run("piece.cut-plane");
-  const ImVec2 both = rig.findId(ImGui::FindWindowByName("Operation"), [&] {
-    const int middle = 1;
-    ImGuiWindow* window = ImGui::FindWindowByName("Operation");
-    return ImHashStr("segment", 0, ImHashData(&middle, sizeof middle, ImHashStr("keep", 0, window->ID)));
-  }());
-  ASSERT_FALSE(std::isnan(both.x)) << "what is kept";
+  ASSERT_TRUE(rig.state.planeCut);
+  EXPECT_EQ(ImGui::GetTopMostPopupModal(), nullptr);
+  EXPECT_EQ(rig.state.planeCut->kept(), 1);
+  rig.run("draw.side");
+  EXPECT_EQ(rig.state.planeCut->kept(), -1) << "Tab: the other side";
+  const ImVec2 both = segment(1);
+  ASSERT_FALSE(std::isnan(both.x)) << "what stays";
   rig.click(both);
-  press("Cut by plane");
+  EXPECT_EQ(rig.state.planeCut->kept(), 0);
+  EXPECT_FALSE(follow()) << "nothing was asked for";
+  press("Apply");
+  EXPECT_TRUE(follow());
+  EXPECT_FALSE(rig.state.planeCut);
   rig.until([&] { return document().pieces.size() == 3 && rig.bench.idle(); }, "cut");
   EXPECT_NE(document().pieces[0].version.hash(), before);
   const auto a = document().pieces[0].version.stats().bricks, b = document().pieces[2].version.stats().bricks;
   EXPECT_NEAR(double(a), double(b), 0.3 * double(a)) << "two halves";
+}
+
+TEST_F(PlacedPlanes, TheSideThatStaysIsTheOneThatIsShown) {
+  rig.state.shown.firstStart = false;
+  const engine::Id id = document().pieces[0].id;
+  for (const bool mirror : {false, true}) {
+    for (const int side : {1, -1}) {
+      SCOPED_TRACE(side);
+      rig.state.selected = id;
+      rig.run(mirror ? "piece.mirror" : "piece.cut-plane");
+      ASSERT_TRUE(rig.state.planeCut);
+      rig.state.planeCut->arguments.plane.normal = Vec3d::UnitX();
+      rig.state.planeCut->setOffset(2);
+      EXPECT_NEAR(rig.state.planeCut->offsetMm(), 2, 1e-12);
+      if (side < 0) rig.run("draw.side");
+      rig.state.planeCut->apply = true;
+      const size_t done = rig.bench.snapshot()->done;
+      EXPECT_TRUE(follow());
+      rig.until([&] { return rig.bench.idle() && rig.bench.snapshot()->done == done + 1; }, "done");
+      const clay::BoxMm box = engine::boundsOf(*document().piece(id));
+      // A block from −6 to 6, cut at 2: 4 long or 8; mirrored there, twice that.
+      const double length = (side > 0 ? 4 : 8) * (mirror ? 2 : 1);
+      EXPECT_NEAR(box.high.x() - box.low.x(), length, 0.3);
+      if (!mirror) {
+        EXPECT_NEAR(side > 0 ? box.low.x() : box.high.x(), 2, 0.2);
+      }
+      rig.run("edit.undo");
+      rig.until([&] { return rig.bench.snapshot()->done == done; }, "undone");
+    }
+  }
+}
+
+TEST_F(PlacedPlanes, BeginAlongTheSelectedGuideOrAcrossTheLongestSide) {
+  rig.state.shown.firstStart = false;
+  const engine::Id block = document().pieces[0].id;
+  rig.edit("A plane", [](engine::Document& d) {
+    engine::Guide guide;
+    guide.kind = engine::Guide::Kind::plane;
+    guide.pose.translation = Vec3d(0, 0, 1);
+    d.add(guide);
+    d.active = d.pieces[0].id;
+  });
+  rig.state.selected = document().guides[0].id;
+  rig.run("piece.cut-plane");
+  ASSERT_TRUE(rig.state.planeCut);
+  EXPECT_EQ(rig.state.planeCut->arguments.pieces, std::vector<engine::Id>{block}) << "the piece that is worked on";
+  EXPECT_EQ(rig.state.planeCut->arguments.plane.pointMm, Vec3d(0, 0, 1));
+  EXPECT_NEAR(rig.state.planeCut->arguments.plane.normal.z(), 1, 1e-12);
+  rig.frames(2);
+  press("Cancel");
+  EXPECT_TRUE(follow());
+  rig.state.selected = block;
+  rig.run("piece.cut-plane");
+  ASSERT_TRUE(rig.state.planeCut);
+  EXPECT_NEAR(rig.state.planeCut->arguments.plane.normal.x(), 1, 1e-12) << "12 × 12 × 8 mm";
+  // Another tool is taken: the hand wants to work.
+  rig.run("tool.smooth");
+  EXPECT_TRUE(follow());
+  EXPECT_FALSE(rig.state.planeCut);
+  // What is locked is told.
+  rig.edit("Lock", [](engine::Document& d) { d.pieces[0].locked = true; });
+  rig.run("piece.mirror");
+  EXPECT_FALSE(rig.state.planeCut);
+}
+
+// Whose voxels the result gets is said and can be chosen, where the pieces differ.
+TEST_F(Operations, ACombinationOffersTheVoxelsOfEitherPiece) {
+  rig.bench.addSphere(5, {.voxelMm = 0.5, .centreMm = Vec3d(0, 6, 0)});
+  rig.until([&] { return document().pieces.size() == 3 && rig.bench.idle(); }, "a finer ball");
+  rig.frames(3);
+  const engine::Id block = document().pieces[0].id, fine = document().pieces[2].id;
+  const std::array<double, 2> sizes{1, 0.5};
+  for (size_t wanted = 0; wanted < 2; ++wanted) {
+    rig.state.selected = block;
+    rig.state.alsoSelected = {block, {fine}};
+    rig.run("piece.join");
+    const ImVec2 list = rig.find("Operation", {"Voxels of", "##choice"});
+    ASSERT_FALSE(std::isnan(list.x));
+    rig.click(list);
+    rig.frames(2);
+    for (int i = 0; i < 4; ++i) rig.key(ImGuiKey_UpArrow);
+    for (size_t i = 0; i < wanted; ++i) rig.key(ImGuiKey_DownArrow);
+    rig.key(ImGuiKey_Enter);
+    rig.frames(2);
+    press("Join");
+    rig.until([&] { return rig.bench.idle() && document().pieces.size() == 2; }, "joined");
+    EXPECT_DOUBLE_EQ(document().piece(block)->version.grid().voxelMm, sizes[wanted]);
+    rig.run("edit.undo");
+    rig.until([&] { return document().pieces.size() == 3; }, "undone");
+  }
+  // Two of one size: there is nothing to choose.
+  rig.state.selected = block;
+  rig.state.alsoSelected = {block, {document().pieces[1].id}};
+  rig.run("piece.join");
+  EXPECT_TRUE(std::isnan(rig.find("Operation", {"Voxels of", "##choice"}).x));
 }
 
 TEST_F(Operations, AToolsFileIsAskedForAndKept) {

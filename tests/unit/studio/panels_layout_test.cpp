@@ -182,7 +182,7 @@ TEST(PanelsLayout, NothingIsCutOffOrOverlapsInAnyWindow) {
     }
     // Dialogs are lower than the window, or scroll.
     for (const char* dialog : {"open", "saveAs", "import", "picture", "recover", "clay", "export", "recent",
-                               "piece.join", "piece.cut-plane", "palette", "shortcuts", "preferences"}) {
+                               "piece.join", "piece.cut-pegs", "palette", "shortcuts", "preferences"}) {
       const PanelRow* panel = findPanel(dialog);
       if (panel)
         rig.state.shown.*panel->shown = true;

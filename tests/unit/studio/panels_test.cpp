@@ -138,6 +138,25 @@ TEST(Panels, ThePaletteRunsWhatWasTyped) {
   EXPECT_FALSE(rig.state.shown.palette);
 }
 
+// What nothing is called is not done by Enter: the nearest names are offered, to be chosen.
+TEST(Panels, ThePaletteOffersTheNearestWhereNothingIsFound) {
+  PanelsRig rig;
+  rig.state.toolId = "carve";
+  rig.run("panel.palette");
+  rig.type("smotth");
+  ASSERT_TRUE(searchActions("smotth").empty());
+  rig.key(ImGuiKey_Enter);
+  rig.frames(2);
+  EXPECT_TRUE(rig.state.shown.palette);
+  EXPECT_EQ(rig.state.toolId, "carve");
+  ASSERT_EQ(nearestActions("smotth").front()->id, "tool.smooth");
+  rig.key(ImGuiKey_DownArrow);
+  rig.key(ImGuiKey_Enter);
+  rig.frames(2);
+  EXPECT_FALSE(rig.state.shown.palette);
+  EXPECT_EQ(rig.state.toolId, "smooth");
+}
+
 TEST(Panels, SymmetryIsASwitchAndNoStep) {
   PanelsRig rig;
   rig.edit("Something", [](engine::Document& d) { d.add(engine::Guide()); });

@@ -44,6 +44,18 @@ TEST(KeepWords, TitleAndStatusSayWhereTheDocumentIs) {
     newer.unsaved = true;
     EXPECT_EQ(savingWords(newer, Moment()).words, "Changed; the journal keeps it");
   }
+  {
+    engine::FileState shared;
+    shared.path = "/x/head.argil";
+    shared.unsaved = shared.elsewhere = true;
+    EXPECT_EQ(savingWords(shared, Moment()).words, "Changed; the journal keeps it; open in another window too");
+    EXPECT_TRUE(savingWords(shared, Moment()).ails);
+    engine::FileState recovered;
+    recovered.name = "head.argil";
+    recovered.unsaved = true;
+    EXPECT_EQ(windowTitle(recovered), "head.argil* — Argil");
+    EXPECT_EQ(documentName(recovered), "head.argil");
+  }
   EXPECT_EQ(windowTitle(file), "Argil");
   EXPECT_EQ(savingWords(file, Moment()).words, "Nothing to save");
   file.unsaved = true;

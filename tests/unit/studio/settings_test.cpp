@@ -20,6 +20,39 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// `--theme` is for one start: what was chosen before is what the next day has, unless it is chosen anew.
+TEST(Settings, AThemeThatWasGivenForOneStartIsNotKept) {
+  for (const Theme own : {Theme::dark, Theme::light}) {
+    for (const Theme given : {Theme::dark, Theme::light}) {
+      StudioState state;
+      state.theme = own;
+      state.look.lightBackground = own == Theme::light;
+      state.keptTheme = {state.theme, state.look.lightBackground};
+      state.theme = given;
+      state.look.lightBackground = given == Theme::light;
+      StudioState back;
+      ASSERT_TRUE(applySettings(settingsText(state), back));
+      EXPECT_EQ(back.theme, own);
+      EXPECT_EQ(back.look.lightBackground, own == Theme::light);
+      state.keptTheme.reset();  // By hand.
+      ASSERT_TRUE(applySettings(settingsText(state), back));
+      EXPECT_EQ(back.theme, given);
+      EXPECT_EQ(back.look.lightBackground, given == Theme::light);
+    }
+  }
+}
+
+// A background of another brightness than the theme's stays.
+TEST(Settings, ABackgroundOfItsOwnIsKept) {
+  StudioState state, back;
+  state.theme = Theme::dark;
+  state.look.lightBackground = true;
+  ASSERT_TRUE(applySettings(settingsText(state), back));
+  EXPECT_TRUE(back.look.lightBackground);
+  EXPECT_TRUE(applySettings(R"({"theme": "light"})", back));
+  EXPECT_TRUE(back.look.lightBackground) << "a file of one line";
+}
+
 TEST(Settings, ComeBackAsTheyWere) {
   StudioState state;
   state.theme = Theme::light;

@@ -152,7 +152,8 @@ fs::path settingsFile() {
 
 std::string settingsText(const StudioState& state) {
   Json json;
-  json["theme"] = state.theme == Theme::light ? "light" : "dark";
+  const Theme theme = state.keptTheme ? state.keptTheme->theme : state.theme;
+  json["theme"] = theme == Theme::light ? "light" : "dark";
   json["interface_scale"] = state.interfaceScale;
   json["tool"] = state.toolId;
   for (const auto& [id, tool] : state.tools) {
@@ -164,6 +165,9 @@ std::string settingsText(const StudioState& state) {
     if (!tool.file.empty()) values["file"] = tool.file;
   }
   eachValue(state, WriteValue{json});
+  // A background that was switched by hand since is kept.
+  if (state.keptTheme && state.look.lightBackground == (state.theme == Theme::light))
+    json["look"]["lightBackground"] = state.keptTheme->lightBackground;
   json["keys"] = Json::object();
   for (const auto& [action, keys] : state.keys) json["keys"][action] = keys;
   json["recent"] = state.recentFiles;
@@ -176,6 +180,7 @@ bool applySettings(const std::string& text, StudioState& state) {
   if (!json.is_object()) return false;
   if (const auto theme = json.find("theme"); theme != json.end() && theme->is_string())
     state.theme = *theme == "light" ? Theme::light : Theme::dark;
+  state.look.lightBackground = state.theme == Theme::light;
   double scale = state.interfaceScale;
   take(json, "interface_scale", scale, 0, 4);
   state.interfaceScale = scale == 0 || scale >= 0.75 ? float(scale) : 0;

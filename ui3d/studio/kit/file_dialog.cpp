@@ -1,6 +1,6 @@
 #include "ui3d/studio/kit/file_dialog.h"
 
-#include <imgui.h>
+#include <imgui_internal.h>
 
 #include <algorithm>
 #include <cctype>
@@ -65,6 +65,7 @@ void FileDialog::go(const fs::path& folder) {
 void FileDialog::list() {
   entries_.clear();
   chosen_ = -1;
+  marked_ = false;
   std::error_code error;
   fs::directory_iterator at(folder_, fs::directory_options::skip_permission_denied, error), end;
   if (error) problem_ = "This folder cannot be read: " + error.message();
@@ -131,10 +132,24 @@ bool FileDialog::chooses(const std::string& typed) {
   return true;
 }
 
+// Arrows go through the list; Enter then opens the entry that is marked, as a double click does.
+int FileDialog::moveMark() {
+  const int step = entries_.empty() || ImGui::IsWindowAppearing() ? 0 : kit::arrowStep();
+  if (step == 0) return 0;
+  ImGui::ClearActiveID();  // Else the field would keep its own text, and Enter with it.
+  chosen_ =
+      chosen_ < 0 ? (step > 0 ? 0 : int(entries_.size()) - 1) : std::clamp(chosen_ + step, 0, int(entries_.size()) - 1);
+  marked_ = true;
+  if (!entries_[size_t(chosen_)].folder) typed_ = entries_[size_t(chosen_)].name;
+  return step;
+}
+
 bool FileDialog::draw(const std::function<void()>& more, float moreHeight) {
   const bool folders = request_.endings.empty();
   if (!kit::beginDialog("Files", request_.title.c_str(), 640, 560, &open_)) return false;
   bool done = false;
+  const int step = moveMark();
+  if (!request_.note.empty()) kit::wrapped(request_.note, colours().warning);
   if (kit::iconButton("up", "up", kRow, kit::Lit::off, "The folder above", "", "", false)) go(folder_.parent_path());
   ImGui::SameLine();
   if (kit::iconButton("home", "home", kRow, kit::Lit::off, "Home folder", "", "", false)) go(home());
@@ -172,6 +187,7 @@ bool FileDialog::draw(const std::function<void()>& more, float moreHeight) {
       const float width = ImGui::GetContentRegionAvail().x;
       if (ImGui::InvisibleButton("entry", {width, kHeight})) {
         chosen_ = i;
+        marked_ = false;
         if (!entry.folder) typed_ = entry.name;
       }
       const bool hovered = ImGui::IsItemHovered();
@@ -196,14 +212,21 @@ bool FileDialog::draw(const std::function<void()>& more, float moreHeight) {
     }
   }
   clipper.End();
+  if (step != 0 && chosen_ >= 0) {
+    const float top = float(chosen_) * kHeight, room = ImGui::GetWindowHeight() - 2 * 6;
+    if (top < ImGui::GetScrollY()) ImGui::SetScrollY(top);
+    if (top + kHeight > ImGui::GetScrollY() + room) ImGui::SetScrollY(top + kHeight - room);
+  }
   ImGui::PopStyleVar();
   ImGui::EndChild();
   if (opened >= 0) done = chooses(entries_[size_t(opened)].name);
 
+  const std::string typedBefore = typed_;
   if (!folders && kit::textField("##name", typed_, 0, "Name or path of a file", ImGui::IsWindowAppearing()) &&
       ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Enter), false) && !typed_.empty()) {
     done = chooses(typed_);
   }
+  if (typed_ != typedBefore) marked_ = false;
   if (!problem_.empty()) kit::wrapped(problem_, colours().error);
   if (replaces)
     kit::elided(replacing_.filename().string() + " is there already: replace it?", ImGui::GetContentRegionAvail().x,
@@ -214,8 +237,9 @@ bool FileDialog::draw(const std::function<void()>& more, float moreHeight) {
   ImGui::SetCursorPosX(ImGui::GetWindowContentRegionMax().x - 2 * wide - kGap);
   if (kit::button("Cancel", kit::Weight::plain, wide)) open_ = false;
   ImGui::SameLine();
-  ImGui::BeginDisabled(!folders && typed_.empty());
-  if (kit::button(verb, replaces ? kit::Weight::danger : kit::Weight::chief, wide)) done = chooses(typed_);
+  ImGui::BeginDisabled(!folders && typed_.empty() && !(marked_ && chosen_ >= 0));
+  if (kit::mainButton(verb, wide, replaces ? kit::Weight::danger : kit::Weight::chief))
+    done = chooses(marked_ && chosen_ >= 0 ? entries_[size_t(chosen_)].name : typed_);
   ImGui::EndDisabled();
   if (done) open_ = false;
   kit::endDialog(open_);

@@ -19,6 +19,7 @@ class FileDialog {
     /// question.
     bool toWrite = false;
     std::string name = {};  ///< That is typed already.
+    std::string note = {};  ///< Why it is asked for, a sentence; empty: the title says it.
   };
   void open(Request request);
   void close() { open_ = false; }
@@ -39,6 +40,7 @@ class FileDialog {
   };
   void go(const std::filesystem::path& folder);
   void list();
+  int moveMark();
   bool chooses(const std::string& typed);
   bool writes(std::filesystem::path whole);
 
@@ -49,6 +51,7 @@ class FileDialog {
   std::filesystem::path replacing_;  // Asked about: there already.
   std::vector<Entry> entries_;
   int chosen_ = -1;
+  bool marked_ = false;  // By arrows: Enter opens it, not what is typed.
 };
 
 }  // namespace argil::studio

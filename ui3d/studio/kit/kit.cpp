@@ -33,15 +33,16 @@ ImU32 ground(bool hovered, bool held) {
 }
 
 bool escapeTaken = false;               // In this frame, by something that stood over the dialogs.
-const ImGuiWindow* enterFor = nullptr;  // The dialog whose default button Enter presses in this frame.
+const ImGuiWindow* enterFor = nullptr;  // The dialog whose main button Enter presses in this frame.
 
 bool keyPressed(ImGuiKey key) {
   return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key), false);
 }
 
-// The default button of the dialog that is being drawn is pressed by Enter.
-bool entered(Weight weight) {
-  if (weight != Weight::chief || !enterFor || ImGui::GetCurrentWindow() != enterFor ||
+// Enter presses the main button of the dialog that is being drawn. Not a button that looks like one: a choice that is
+// lit would be undone.
+bool entered() {
+  if (!enterFor || ImGui::GetCurrentWindow()->RootWindow != enterFor ||
       (GImGui->CurrentItemFlags & ImGuiItemFlags_Disabled))
     return false;
   enterFor = nullptr;
@@ -63,6 +64,11 @@ void takeEscape() {
 }
 bool escapeIsTaken() {
   return escapeTaken;
+}
+
+int arrowStep() {
+  const auto pressed = [](ImGuiKey key) { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key)); };
+  return (pressed(ImGuiKey_DownArrow) ? 1 : 0) - (pressed(ImGuiKey_UpArrow) ? 1 : 0);
 }
 
 void sharpen(ImDrawList& list) {
@@ -160,6 +166,26 @@ void heading(std::string_view words) {
   ImGui::PushFont(fonts().strong);
   elided(words, ImGui::GetContentRegionAvail().x, colours().text);
   ImGui::PopFont();
+}
+
+bool fold(std::string_view name, bool& open, std::string_view help) {
+  gap(2);
+  ImGui::PushID(first(name), last(name));
+  if (ImGui::InvisibleButton("fold", {ImGui::GetContentRegionAvail().x, kRow})) open = !open;
+  ImGui::PopID();
+  const ImVec2 a = ImGui::GetItemRectMin(), b = ImGui::GetItemRectMax();
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  const Colours& c = colours();
+  if (ImGui::IsItemHovered()) list.AddRectFilled(a, b, c.fieldHover, kRound);
+  const float x = a.x + 8, y = std::floor((a.y + b.y) / 2);
+  const ImU32 ink = open ? c.text : c.dim;
+  if (open)
+    list.AddTriangleFilled({x - 4, y - 2.5f}, {x + 4, y - 2.5f}, {x, y + 3}, ink);
+  else
+    list.AddTriangleFilled({x - 2.5f, y - 4}, {x + 3, y}, {x - 2.5f, y + 4}, ink);
+  list.AddText({a.x + 20, std::floor(y - ImGui::GetTextLineHeight() / 2)}, ink, first(name), last(name));
+  tooltip(help);
+  return open;
 }
 
 void gap(float height) {
@@ -294,7 +320,12 @@ bool button(std::string_view words, Weight weight, float width, std::string_view
   } else {
     list.AddText({x, std::floor((a.y + b.y - ImGui::GetTextLineHeight()) / 2)}, ink, first(words), last(words));
   }
-  return pressed || entered(weight);
+  return pressed;
+}
+
+bool mainButton(std::string_view words, float width, Weight weight) {
+  const bool pressed = button(words, weight, width);
+  return entered() || pressed;
 }
 
 bool toggle(std::string_view name, bool& on, std::string_view help) {
@@ -396,12 +427,23 @@ bool choice(std::string_view name, std::span<const std::string_view> names, int&
   const bool open = ImGui::BeginCombo("##choice", shown.c_str(), ImGuiComboFlags_HeightLarge);
   ImGui::PopStyleVar();
   if (open) {
+    // One list is open at a time. Arrows and Enter choose as the mouse does.
+    static int marked = -1;
+    if (ImGui::IsWindowAppearing()) marked = chosen;
+    const int step = arrowStep();
+    marked = std::clamp(marked + step, names.empty() ? -1 : 0, int(names.size()) - 1);
+    const bool taken = marked >= 0 && (keyPressed(ImGuiKey_Enter) || keyPressed(ImGuiKey_KeyPadEnter));
     for (size_t i = 0; i < names.size(); ++i) {
-      if (ImGui::Selectable(std::string(names[i]).c_str(), chosen == int(i)) && chosen != int(i)) {
+      const bool pressed = ImGui::Selectable(std::string(names[i]).c_str(), marked == int(i));
+      if (ImGui::IsItemHovered() && (ImGui::GetIO().MouseDelta.x != 0 || ImGui::GetIO().MouseDelta.y != 0))
+        marked = int(i);
+      if (step != 0 && marked == int(i)) ImGui::SetScrollHereY();
+      if ((pressed || (taken && marked == int(i))) && chosen != int(i)) {
         chosen = int(i);
         changed = true;
       }
     }
+    if (taken) ImGui::CloseCurrentPopup();
     ImGui::EndCombo();
   }
   ImGui::PopID();

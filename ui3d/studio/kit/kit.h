@@ -31,8 +31,8 @@ bool begin(const char* name, const Rect& rect, ImU32 ground, ImVec2 padding, ImG
 bool beginCard(const char* name, ImVec2 at, ImVec2 pivot, float width, float mostHeight = 0);
 /// A window in the middle with everything behind it out of reach, `*open` becoming false by Escape or its cross. Call
 /// it in every frame, open or not; endDialog() only when it returns true. Height 0: as what is in it needs. Without a
-/// title a click outside closes it too. Enter presses its first Weight::chief button that is enabled, unless a text is
-/// being typed.
+/// title a click outside closes it too. Enter presses its mainButton(), unless a text is being typed or a
+/// list is open.
 bool beginDialog(const char* name, const char* title, float width, float height, bool* open);
 void end();
 void endCard();
@@ -40,6 +40,8 @@ void endDialog(bool open);
 
 /// A heading in a panel, with a line before it unless it is the first.
 void heading(std::string_view text);
+/// A row that unfolds what comes after it: draw that while it returns true, which is `open`.
+bool fold(std::string_view name, bool& open, std::string_view help = {});
 /// A row of a line and space.
 void gap(float height);
 void text(std::string_view text);
@@ -58,13 +60,17 @@ bool iconButton(const char* id, std::string_view icon, float size, Lit lit, std:
 enum class Weight : uint8_t { plain, chief, danger };
 /// Width 0: as its text needs; negative: all there is.
 bool button(std::string_view text, Weight weight = Weight::plain, float width = 0, std::string_view icon = {});
+/// The button of a dialog that Enter presses; one a dialog. While it is disabled Enter does nothing.
+bool mainButton(std::string_view text, float width = 0, Weight weight = Weight::chief);
 [[nodiscard]] float buttonWidth(std::string_view text, std::string_view icon = {});
 
 /// Rows of a name and a switch at the right edge; true when it was turned.
 bool toggle(std::string_view name, bool& on, std::string_view help = {});
 /// Buttons side by side of which one is chosen; true when another one was.
 bool segmented(const char* id, std::span<const std::string_view> names, int& chosen);
-/// A name and a list that folds out.
+/// Returns 1 where the arrow down is pressed in this frame, −1 for the arrow up, else 0; repeats while it is held.
+[[nodiscard]] int arrowStep();
+/// A name and a list that folds out; arrows move within it, Enter chooses.
 bool choice(std::string_view name, std::span<const std::string_view> names, int& chosen, std::string_view help = {});
 
 struct Change {

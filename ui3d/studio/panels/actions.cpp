@@ -9,6 +9,7 @@
 #include "ui3d/studio/files/new_clay.h"
 #include "ui3d/studio/kit/rows.h"
 #include "ui3d/studio/panels/memory.h"
+#include "ui3d/studio/panels/synonyms.h"
 #include "ui3d/studio/panels/view_actions.h"
 #include "ui3d/studio/view/chosen_quality.h"
 #include "ui3d/studio/view/panel_table.h"
@@ -26,6 +27,17 @@ const engine::Thing* selected(const Context& c) {
 }
 bool hasSelected(const Context& c) {
   return selected(c) != nullptr;
+}
+// All that is selected and still there, the first first.
+std::vector<engine::Id> selection(const Context& c) {
+  std::vector<engine::Id> ids = c.state.selection();
+  std::erase_if(ids, [&](engine::Id id) { return !c.now.document->thing(id); });
+  return ids;
+}
+// "Head", or "3 things".
+std::string namesOf(const Context& c, const std::vector<engine::Id>& ids) {
+  if (ids.size() != 1) return std::to_string(ids.size()) + " things";
+  return c.now.document->thing(ids[0])->name;
 }
 bool hasRecoverable(const Context& c) {
   const auto list = c.bench.recoverable();
@@ -49,10 +61,11 @@ void openDialog(Context& c, Text dialog) {
 }
 
 void changeSelected(Context& c, const char* verb, void (*change)(engine::Thing&)) {
-  const engine::Thing* thing = selected(c);
-  if (!thing) return;
-  c.bench.edit(verb + (" " + thing->name), [id = thing->id, change](engine::Document& d) {
-    if (engine::Thing* t = d.thing(id)) change(*t);
+  const std::vector<engine::Id> ids = selection(c);
+  if (ids.empty()) return;
+  c.bench.edit(verb + (" " + namesOf(c, ids)), [ids, change](engine::Document& d) {
+    for (const engine::Id id : ids)
+      if (engine::Thing* t = d.thing(id)) change(*t);
   });
 }
 void hideSelected(Context& c, Text) {
@@ -70,9 +83,11 @@ void lockSelected(Context& c, Text) {
     changeSelected(c, "Unlock", [](engine::Thing& t) { t.locked = false; });
 }
 void removeSelected(Context& c, Text) {
-  const engine::Thing* thing = selected(c);
-  if (!thing) return;
-  c.bench.edit("Delete " + thing->name, [id = thing->id](engine::Document& d) { d.remove(id); });
+  const std::vector<engine::Id> ids = selection(c);
+  if (ids.empty()) return;
+  c.bench.edit("Delete " + namesOf(c, ids), [ids](engine::Document& d) {
+    for (const engine::Id id : ids) d.remove(id);
+  });
   c.state.selected = 0;
 }
 
@@ -82,17 +97,33 @@ const engine::Thing* actedOn(const Context& c) {
   const engine::Thing* thing = selected(c);
   return thing ? thing : c.now.document->thing(c.now.document->active);
 }
+std::vector<engine::Id> actedOnAll(const Context& c) {
+  std::vector<engine::Id> ids = selection(c);
+  if (ids.empty() && actedOn(c)) ids.push_back(actedOn(c)->id);
+  return ids;
+}
 engine::Workbench::Things selectedThings(const Context& c) {
   const engine::Document& d = *c.now.document;
-  const engine::Id id = actedOn(c) ? actedOn(c)->id : 0;
   engine::Workbench::Things things;
-  if (const engine::Piece* piece = d.piece(id)) things.pieces.push_back(*piece);
-  if (const engine::Part* part = d.part(id)) things.parts.push_back(*part);
-  if (const engine::Guide* guide = d.guide(id)) things.guides.push_back(*guide);
+  for (const engine::Id id : actedOnAll(c)) {
+    if (const engine::Piece* piece = d.piece(id)) things.pieces.push_back(*piece);
+    if (const engine::Part* part = d.part(id)) things.parts.push_back(*part);
+    if (const engine::Guide* guide = d.guide(id)) things.guides.push_back(*guide);
+  }
   return things;
 }
 bool hasThing(const Context& c) {
   return actedOn(c) != nullptr;
+}
+void isolateSelected(Context& c, Text) {
+  const std::vector<engine::Id> ids = actedOnAll(c);
+  if (ids.empty()) return;
+  c.bench.edit("Hide all but " + namesOf(c, ids), [ids](engine::Document& d) {
+    const auto show = [&](engine::Thing& t) { t.visible = std::find(ids.begin(), ids.end(), t.id) != ids.end(); };
+    for (auto& t : d.pieces) show(t);
+    for (auto& t : d.parts) show(t);
+    for (auto& t : d.guides) show(t);
+  });
 }
 void duplicate(Context& c, Text) {
   c.bench.add("Duplicate", selectedThings(c));
@@ -101,10 +132,12 @@ void copy(Context& c, Text) {
   c.state.copied = selectedThings(c);
 }
 void cut(Context& c, Text) {
-  const engine::Thing* thing = actedOn(c);
-  if (!thing) return;
+  const std::vector<engine::Id> ids = actedOnAll(c);
+  if (ids.empty()) return;
   copy(c, {});
-  c.bench.edit("Cut " + thing->name, [id = thing->id](engine::Document& d) { d.remove(id); });
+  c.bench.edit("Cut " + namesOf(c, ids), [ids](engine::Document& d) {
+    for (const engine::Id id : ids) d.remove(id);
+  });
   c.state.selected = 0;
 }
 void paste(Context& c, Text) {
@@ -178,6 +211,11 @@ void operate(Context& c, Text id) {
     beginDrawnCurve(c, *job);
     return;
   }
+  if (placesPlane(*job)) {
+    beginPlaneCut(c, *job);
+    if (layoutOf(c).settingsFolded) c.state.over = "settings";
+    return;
+  }
   if (asks(*job)) {
     c.state.wishes.dialog = "piece." + std::string(id);
     return;
@@ -189,7 +227,11 @@ void operate(Context& c, Text id) {
 bool hasDrawnCurve(const Context& c) {
   return c.state.drawnCurve && c.state.drawnCurve->drawn() && c.state.drawnCurve->cuts();
 }
+bool hasOtherSide(const Context& c) {
+  return hasDrawnCurve(c) || c.state.planeCut;
+}
 void keepOtherSide(Context& c, Text) {
+  if (c.state.planeCut) return c.state.planeCut->keepOther();
   c.state.drawnCurve->arguments.change<engine::CutValues>().keep = c.state.drawnCurve->kept() > 0 ? -1 : 1;
 }
 bool hasTwoPieces(const Context& c) {
@@ -226,8 +268,8 @@ void addPieceRows(std::vector<Action>& rows) {
   }
   rows.push_back({"draw.apply", "Cut along the drawn curve", "The side that is to go goes.", "Piece", "Enter",
                   [](Context& c, Text) { c.state.drawnCurve->apply = true; }, "", hasDrawnCurve});
-  rows.push_back(
-      {"draw.side", "Keep the other side", "Of a drawn curve.", "Piece", "Tab", keepOtherSide, "", hasDrawnCurve});
+  rows.push_back({"draw.side", "Keep the other side", "Of a drawn curve, or of a plane that is placed.", "Piece", "Tab",
+                  keepOtherSide, "", hasOtherSide});
   rows.push_back({"draw.cancel", "Put the drawn curve away", "Nothing is cut.", "Piece", "",
                   [](Context& c, Text) { c.state.drawnCurve->cancel = true; }, "",
                   [](const Context& c) { return c.state.drawnCurve.has_value(); }});
@@ -238,6 +280,7 @@ void addPieceRows(std::vector<Action>& rows) {
 void takeTool(Context& c, Text id) {
   c.state.toolId = id;
   if (c.state.drawnCurve) c.state.drawnCurve->cancel = true;  // The hand wants to work.
+  if (c.state.planeCut) c.state.planeCut->cancel = true;
 }
 bool isTool(const Context& c, Text id) {
   return c.state.toolId == id;
@@ -321,6 +364,7 @@ void setTheme(Context& c, Text id) {
                   : id == "light"                ? Theme::light
                   : c.state.theme == Theme::dark ? Theme::light
                                                  : Theme::dark;
+  c.state.keptTheme.reset();  // Chosen by hand, so kept.
   c.state.look.lightBackground = c.state.theme == Theme::light;
 }
 
@@ -371,6 +415,9 @@ void addDocumentRows(std::vector<Action>& rows) {
   rows.push_back({"edit.hide", "Hide or show selected", "Hidden things are not felt either.", "Edit", "H", hideSelected,
                   "", hasSelected});
   rows.push_back({"edit.showAll", "Show everything", "Shows all that was hidden.", "Edit", "Alt+H", showAll});
+  rows.push_back({"edit.isolate", "Hide all others",
+                  "Shows what is selected alone; Show everything brings the rest back.", "Edit", "", isolateSelected,
+                  "", hasThing});
   rows.push_back({"edit.lock", "Lock or unlock selected", "Locked things are neither edited nor moved.", "Edit", "L",
                   lockSelected, "", hasSelected});
   rows.push_back({"edit.moveUp", "Move up in the list", "Of two guides that contradict each other the upper one holds.",
@@ -522,6 +569,65 @@ int match(Text typed, Text text) {
   return score;
 }
 
+char small(char letter) {
+  return static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
+}
+
+// Calls `what` with each word of a text.
+template <class What>
+void eachWord(Text text, const What& what) {
+  for (size_t begin = 0; begin < text.size();) {
+    const size_t end = std::min(text.find(' ', begin), text.size());
+    if (end > begin) what(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+}
+
+// How well a typed word is met by one of the synonyms: a whole one nearly as well as by a name, a beginning less.
+int matchSynonym(Text typed, Text synonyms) {
+  constexpr size_t kLeast = 2;  // Letters of a beginning.
+  int best = 0;
+  eachWord(synonyms, [&](Text word) {
+    if (typed.size() > word.size() ||
+        !std::equal(typed.begin(), typed.end(), word.begin(), [](char a, char b) { return small(a) == b; }))
+      return;
+    if (typed.size() == word.size())
+      best = std::max(best, 4 * match(typed, word) - 1);
+    else if (typed.size() >= kLeast)
+      best = std::max(best, 2 * match(typed, word));
+  });
+  return best;
+}
+
+// Letters that have to be typed, left out, changed or swapped with their neighbour to make one word of the other.
+size_t editDistance(Text a, Text b) {
+  std::vector<std::vector<size_t>> way(a.size() + 1, std::vector<size_t>(b.size() + 1));
+  for (size_t i = 0; i <= a.size(); ++i) {
+    for (size_t j = 0; j <= b.size(); ++j) {
+      if (i == 0 || j == 0) {
+        way[i][j] = i + j;
+        continue;
+      }
+      const auto same = [&](size_t x, size_t y) { return small(a[x]) == small(b[y]); };
+      way[i][j] = std::min({way[i - 1][j] + 1, way[i][j - 1] + 1, way[i - 1][j - 1] + (same(i - 1, j - 1) ? 0 : 1)});
+      if (i > 1 && j > 1 && same(i - 1, j - 2) && same(i - 2, j - 1))
+        way[i][j] = std::min(way[i][j], way[i - 2][j - 2] + 1);
+    }
+  }
+  return way[a.size()][b.size()];
+}
+
+// The least of it to a word of the text or to a beginning of one, in parts of the typed word's length.
+double strangeness(Text typed, Text text) {
+  double least = HUGE_VAL;
+  eachWord(text, [&](Text word) {
+    for (size_t length = typed.size() - std::min(typed.size(), size_t{1}); length <= typed.size() + 1; ++length)
+      least = std::min(least, double(editDistance(typed, word.substr(0, length))));
+    least = std::min(least, double(editDistance(typed, word)));
+  });
+  return least / double(std::max(typed.size(), size_t{1}));
+}
+
 }  // namespace
 
 void addMaterial(Context& context, const engine::Piece& piece) {
@@ -548,6 +654,7 @@ const std::vector<Action>& actions() {
     addViewRows(table);
     addTouchRows(table);
     addWindowRows(table);
+    for (Action& action : table) action.synonyms = synonymsOf(action.id);
   }
   return table;
 }
@@ -567,15 +674,14 @@ std::vector<const Action*> searchActions(std::string_view typed) {
       if (const Text word = typed.substr(begin, end - begin); !word.empty()) {
         // A name counts four times a group; help counts only for a word that stands in it as it was typed.
         const int inHelp = word.size() >= 3 && Text(action.help).find(word) != Text::npos ? 2 : 0;
-        const int best = std::max({4 * match(word, action.name), match(word, action.group), inHelp});
+        const int best = std::max(
+            {4 * match(word, action.name), match(word, action.group), matchSynonym(word, action.synonyms), inHelp});
         score = best == 0 ? 0 : score * best;
         if (score == 0) break;
       }
       begin = end + 1;
     }
-    const auto same = [](char a, char b) {
-      return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));
-    };
+    const auto same = [](char a, char b) { return small(a) == small(b); };
     if (std::equal(typed.begin(), typed.end(), action.name.begin(), action.name.end(), same))
       score = HUGE_VAL;  // Its whole name.
     if (score > 0) found.emplace_back(score, &action);
@@ -583,6 +689,22 @@ std::vector<const Action*> searchActions(std::string_view typed) {
   std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<const Action*> rows;
   for (const auto& [score, action] : found) rows.push_back(action);
+  return rows;
+}
+
+std::vector<const Action*> nearestActions(std::string_view typed) {
+  constexpr size_t kMost = 5;
+  std::vector<std::pair<double, const Action*>> found;
+  for (const Action& action : actions()) {
+    double sum = 0;
+    eachWord(typed, [&](Text word) {
+      sum += std::min(strangeness(word, action.name), 0.1 + strangeness(word, action.synonyms));
+    });
+    found.emplace_back(sum, &action);
+  }
+  std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<const Action*> rows;
+  for (size_t i = 0; i < std::min(kMost, found.size()); ++i) rows.push_back(found[i].second);
   return rows;
 }
 

@@ -29,6 +29,7 @@ struct Action {
   std::string argument = {};                  ///< Given to run: one function serves several rows.
   bool (*enabled)(const Context&) = nullptr;  ///< Null: always.
   bool (*checked)(const Context&, std::string_view argument) = nullptr;  ///< Null: not a switch.
+  std::string synonyms = {};  ///< Search words, separated by blanks (synonyms.h).
 };
 
 /// One row for each tool of engine::toolTable(), each named view, each panel among them. Made anew when a plugin has
@@ -50,7 +51,11 @@ void resetShortcut(StudioState& state, const Action& action);
 bool runShortcut(Context& context, const Shortcut& shortcut);
 /// A row of its own colour to the piece's materials, as one step.
 void addMaterial(Context& context, const engine::Piece& piece);
-/// Rows whose name, group or help match what was typed, best first: letters in order, beginnings of words count more.
+/// Returns rows whose name, group, synonyms or help match what was typed, best first: letters in order, beginnings of
+/// words count more.
 [[nodiscard]] std::vector<const Action*> searchActions(std::string_view typed);
+/// Returns the rows whose name or synonyms are spelt most like what was typed, best first, five at most: what is
+/// offered where nothing matches.
+[[nodiscard]] std::vector<const Action*> nearestActions(std::string_view typed);
 
 }  // namespace argil::studio

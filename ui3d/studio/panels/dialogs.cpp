@@ -62,7 +62,7 @@ void drawNewClay(Context& context, Memory& memory) {
   ImGui::SetCursorPosX(ImGui::GetWindowContentRegionMax().x - 2 * 96 - kGap);
   if (kit::button("Cancel", kit::Weight::plain, 96)) memory.newClayOpen = false;
   ImGui::SameLine();
-  if (kit::button("Add", kit::Weight::chief, 96)) {
+  if (kit::mainButton("Add", 96)) {
     clay.add(context.bench);
     memory.newClayOpen = false;
     context.state.shown.firstStart = false;
@@ -90,10 +90,12 @@ void drawPreferences(Context& context, Memory&) {
   kit::toggle("Start page", context.state.startPage, "When Argil starts without a file.");
   kit::toggle("Light background", context.state.look.lightBackground, "Behind the clay.");
   kit::gap(6);
-  if (kit::button("Keys…", kit::Weight::plain, -1)) {
+  if (kit::button("Keys…", kit::Weight::plain, 96)) {
     open = false;
     context.state.shown.shortcuts = true;
   }
+  ImGui::SameLine(ImGui::GetWindowContentRegionMax().x - 96);
+  if (kit::mainButton("Done", 96)) open = false;
   kit::endDialog(open);
 }
 

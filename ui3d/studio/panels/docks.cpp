@@ -309,6 +309,8 @@ void drawStatus(Context& context, Memory& memory) {
     colour = c.warning;
   } else if (context.state.drawnCurve)
     doing = std::string(context.state.drawnCurve->job->name) + ": " + context.state.drawnCurve->hint();
+  else if (context.state.planeCut)
+    doing = std::string(context.state.planeCut->job->name) + ": " + context.state.planeCut->hint();
   else if (context.state.deformBox)
     doing = "Deform box: pull its points, or set numbers. Enter: apply. Esc: the clay as it was";
   else if (tool && tool->file != engine::ToolFile::none && context.state.tool().file.empty()) {
@@ -317,15 +319,17 @@ void drawStatus(Context& context, Memory& memory) {
                                            : " needs a shape: choose one in the settings");
     colour = c.warning;
   } else if (tool && context.state.straight)
-    doing = std::string(tool->name) + ": drag a straight line over the clay. Ctrl: opposite, Shift: smooth";
-  else if (const engine::Piece* other = context.now.document->piece(context.state.otherPiece))
-    doing = other->name + ": click it to work on it; a drag turns the view";
-  else if (tool && context.now.document->pieces.size() > 1 && !context.now.inStroke)
     doing = std::string(tool->name) + " on " + context.now.document->workedOn()->name +
-            ": drag on it. Click another piece to work on that. Ctrl: opposite, Shift: smooth";
-  else if (tool)
-    doing = std::string(tool->name) +
-            (context.now.inStroke ? "…" : ": drag on the clay. Ctrl: opposite, Shift: smooth, [ and ]: size");
+            ": drag a straight line over the clay. Ctrl: opposite, Shift: smooth";
+  else if (const engine::Piece* other = context.now.document->piece(context.state.otherPiece))
+    doing = other->name + ": click to work on it, Ctrl+click to select it too; a drag turns the view";
+  else if (tool) {
+    const bool several = context.now.document->pieces.size() > 1;
+    doing = std::string(tool->name) + " on " + context.now.document->workedOn()->name;
+    doing += context.now.inStroke ? "…"
+             : several            ? ": drag on it. Click another piece to work on that. Ctrl: opposite, Shift: smooth"
+                                  : ": drag on the clay. Ctrl: opposite, Shift: smooth, [ and ]: size";
+  }
   ImGui::SetCursorPos({10, y});
   kit::elided(doing, std::max(20.0f, x - 20), colour);
   ImGui::PopFont();

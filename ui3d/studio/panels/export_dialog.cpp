@@ -270,7 +270,7 @@ void drawExport(Context& context, Memory& memory) {
   if (kit::button("Cancel", kit::Weight::plain, wide)) open = false;
   ImGui::SameLine();
   ImGui::BeginDisabled(!problem.empty());
-  asked |= kit::button(verb, asking ? kit::Weight::danger : kit::Weight::chief, wide);
+  asked |= kit::mainButton(verb, wide, asking ? kit::Weight::danger : kit::Weight::chief);
   ImGui::EndDisabled();
   if (asked && problem.empty()) {
     if (!there.empty() && !asking) {

@@ -32,12 +32,17 @@ void qualityPanel(Context& context, Memory& memory) {
   presetRow(context);
   if (drawRows(pictureRows(), context.state).changed) context.bench.setSurface(context.state.surface);
   drawRows(qualityRows(), context.state.quality);
-  kit::heading("Strokes");
   engine::Quality quality = chosenQuality(context.state, *context.now.document);
-  if (drawRows(strokeQualityRows(), quality).changed) context.bench.setQuality(quality.strokes);
+  const auto strokes = strokeQualityRows();
+  const auto spacing = strokes.first(1);  // The one that a sculptor knows.
+  kit::heading("Strokes");
+  if (drawRows(spacing, quality).changed) context.bench.setQuality(quality.strokes);
   const FrameFigures& f = context.state.figures;
   kit::heading("What it costs");
   kit::fact("Frame", kit::written(f.frameMs) + " ms, " + (f.still ? "full picture" : "thinned while moving"));
+  kit::fact("Triangles", kit::counted(f.triangles));
+  if (!kit::fold("Advanced", memory.qualityOpen, "Limits of strokes and times of each pass, for developers.")) return;
+  if (drawRows(strokes.subspan(1), quality).changed) context.bench.setQuality(quality.strokes);
   if (memory.frameMs.size() > 1) {
     std::vector<float> sorted = memory.frameMs;
     std::sort(sorted.begin(), sorted.end());
@@ -52,14 +57,13 @@ void qualityPanel(Context& context, Memory& memory) {
     kit::bar(most > 0 ? pass.us / most : 0, width, 4);
   }
   kit::gap(4);
-  kit::fact("Triangles", kit::counted(f.triangles));
   kit::fact("Uploaded", kit::bytes(f.uploadedBytes));
   kit::fact("On the device", kit::bytes(f.deviceBytes));
   kit::fact("Sample to screen", kit::written(f.sampleToScreenMs) + " ms");
   if (!f.deviceName.empty()) kit::wrapped(f.deviceName, colours().dim);
 }
 
-void factsPanel(Context& context, Memory&) {
+void factsPanel(Context& context, Memory& memory) {
   const engine::Snapshot& now = context.now;
   const engine::Document& document = *now.document;
   uint64_t bricks = 0;
@@ -73,25 +77,25 @@ void factsPanel(Context& context, Memory&) {
                                            std::to_string(document.parts.size()) + " · " +
                                            std::to_string(document.guides.size()));
   kit::fact("Triangles", kit::counted(context.renderer.triangleCount()));
-  kit::fact("Bricks of 512 voxels", kit::counted(bricks));
   kit::fact("Clay and undo", kit::bytes(now.clayBytes));
   kit::fact("Steps, done of all",
             std::to_string(now.done) + " of " + std::to_string(now.history ? now.history->size() : 0));
-  kit::fact("Steps in memory · on disk", kit::counted(now.undo.inMemory) + " · " + kit::counted(now.undo.onDisk));
   kit::fact("Undo takes", kit::bytes(now.undo.bytes));
   if (drawRows(undoRows(), context.state).changed) context.bench.setUndoBudget(context.state.undoBytes());
-  kit::fact("Strokes · points", kit::counted(now.strokes) + " · " + kit::counted(now.points));
-  kit::fact("Versions", kit::counted(now.versions));
-  kit::fact("Edit, p50 · p99", kit::written(now.editP50Us / 1000) + " · " + kit::written(now.editP99Us / 1000) + " ms");
   for (const engine::Piece& piece : document.pieces) {
     kit::heading(piece.name);
     if (!piece.version) continue;
     const clay::VersionStats stats = piece.version.stats();
     if (const render::Box own = context.renderer.bounds(piece.id); !own.empty()) kit::fact("Size", size(own.size()));
     kit::fact("Voxel", kit::written(piece.version.grid().voxelMm) + " mm");
-    kit::fact("Voxels in bricks", kit::counted(stats.bricks * 512));
     kit::fact("Memory", kit::bytes(stats.bytes()));
   }
+  if (!kit::fold("Advanced", memory.factsOpen, "Counts and times of the document, for developers.")) return;
+  kit::fact("Bricks of 512 voxels", kit::counted(bricks));
+  kit::fact("Steps in memory · on disk", kit::counted(now.undo.inMemory) + " · " + kit::counted(now.undo.onDisk));
+  kit::fact("Strokes · points", kit::counted(now.strokes) + " · " + kit::counted(now.points));
+  kit::fact("Versions", kit::counted(now.versions));
+  kit::fact("Edit, p50 · p99", kit::written(now.editP50Us / 1000) + " · " + kit::written(now.editP99Us / 1000) + " ms");
 }
 
 }  // namespace argil::studio

@@ -23,6 +23,7 @@ void openFiles(Context& context, Memory& memory, FilesFor what, FileDialog::Requ
 // A name for a file, from what is in the document.
 std::string proposedName(const Context& context) {
   if (!context.now.file.path.empty()) return context.now.file.path.stem().string();
+  if (!context.now.file.name.empty()) return fs::path(context.now.file.name).stem().string() + " recovered";
   const auto& pieces = context.now.document->pieces;
   std::string name = pieces.empty() ? std::string() : pieces.front().name;
   std::replace(name.begin(), name.end(), '/', '-');
@@ -38,7 +39,7 @@ void save(Context& context, Memory& memory) {
 
 }  // namespace
 
-void openSaveAs(Context& context, Memory& memory) {
+void openSaveAs(Context& context, Memory& memory, const std::string& why) {
   const fs::path& path = context.now.file.path;
   openFiles(context, memory, FilesFor::save,
             {"Save the document",
@@ -46,7 +47,8 @@ void openSaveAs(Context& context, Memory& memory) {
              {".argil"},
              path.empty() ? std::string() : path.parent_path().string(),
              true,
-             proposedName(context) + ".argil"});
+             proposedName(context) + ".argil",
+             why});
 }
 
 void serveWishes(Context& context, Memory& memory) {
@@ -54,7 +56,7 @@ void serveWishes(Context& context, Memory& memory) {
   // leaving is offered it there.
   const uint64_t refused = context.now.file.refused;
   if (std::exchange(memory.refusedSeen, refused) < refused && memory.keep.stage() == SaveFlow::Stage::idle)
-    openSaveAs(context, memory);
+    openSaveAs(context, memory, context.now.file.refusal);
   if (std::exchange(context.state.quit, false)) depart(context, memory, {Departure::To::quit});
   if (const auto file = std::exchange(context.state.wishes.open, std::nullopt)) beginDocument(context, memory, *file);
   const std::string wish = std::exchange(context.state.wishes.dialog, {});
@@ -159,15 +161,35 @@ void drawFiles(Context& context, Memory& memory) {
   if (!files.isOpen()) memory.filesFor = FilesFor::none;
 }
 
+namespace {
+
+// From one file that is there to the next one, up (−1) or down (+1); where there is none it stays.
+int nextThere(const std::vector<bool>& present, int from, int step) {
+  for (int i = from + step; step != 0 && i >= 0 && i < int(present.size()); i += step)
+    if (present[size_t(i)]) return i;
+  return from;
+}
+
+}  // namespace
+
 void drawRecent(Context& context, Memory& memory) {
   if (!kit::beginDialog("Recent", "Open recent", 560, 0, &memory.recentOpen)) return;
   std::vector<std::string>& recent = context.state.recentFiles;
   if (recent.empty()) kit::wrapped("No file was opened or saved yet.", colours().dim);
   std::string chosen;
+  std::vector<bool> present;
+  for (const std::string& file : recent) {
+    std::error_code ignored;
+    present.push_back(fs::is_regular_file(file, ignored));
+  }
+  int& marked = memory.recentMarked;
+  if (ImGui::IsWindowAppearing())
+    marked = int(std::find(present.begin(), present.end(), true) - present.begin());
+  else
+    marked = nextThere(present, marked, kit::arrowStep());
   for (size_t i = 0; i < recent.size(); ++i) {
     const fs::path file = recent[i];
-    std::error_code ignored;
-    const bool there = fs::is_regular_file(file, ignored);
+    const bool there = present[i];
     ImGui::PushID(int(i));
     const float width = ImGui::GetContentRegionAvail().x;
     ImGui::BeginDisabled(!there);
@@ -176,7 +198,8 @@ void drawRecent(Context& context, Memory& memory) {
     const ImVec2 a = ImGui::GetItemRectMin(), b = ImGui::GetItemRectMax();
     ImDrawList& list = *ImGui::GetWindowDrawList();
     const Colours& c = colours();
-    if (there && ImGui::IsItemHovered()) list.AddRectFilled(a, b, c.fieldHover, kRound);
+    if (there && (ImGui::IsItemHovered() || marked == int(i)))
+      list.AddRectFilled(a, b, marked == int(i) ? c.soft : c.fieldHover, kRound);
     drawIcon(list, "file", {a.x + 15, (a.y + b.y) / 2}, 17, there ? c.accent : c.dim);
     const ImVec2 after = ImGui::GetCursorPos();
     const std::string name = file.filename().string();
@@ -191,14 +214,19 @@ void drawRecent(Context& context, Memory& memory) {
     ImGui::PopID();
   }
   kit::gap(8);
-  bool open = chosen.empty() && memory.recentOpen;
   const float clear = kit::buttonWidth("Clear list");
-  ImGui::SetCursorPosX(ImGui::GetWindowWidth() - 18 - 96 - clear - kGap);
+  ImGui::SetCursorPosX(ImGui::GetWindowWidth() - 18 - 2 * 96 - clear - 2 * kGap);
   ImGui::BeginDisabled(recent.empty());
   if (kit::button("Clear list", kit::Weight::plain, clear)) recent.clear();
   ImGui::EndDisabled();
   ImGui::SameLine();
-  if (kit::button("Cancel", kit::Weight::plain, 96)) open = false;
+  if (kit::button("Cancel", kit::Weight::plain, 96)) memory.recentOpen = false;
+  ImGui::SameLine();
+  const bool has = size_t(marked) < recent.size() && present[size_t(marked)];
+  ImGui::BeginDisabled(!has);
+  if (kit::mainButton("Open", 96) && has) chosen = recent[size_t(marked)];
+  ImGui::EndDisabled();
+  const bool open = chosen.empty() && memory.recentOpen;
   memory.recentOpen = open;
   kit::endDialog(open);
   if (!chosen.empty()) beginDocument(context, memory, chosen);

@@ -263,7 +263,7 @@ void drawAsked(Context& context, Memory& memory) {
   ImGui::SameLine();
   const bool can = ready && trouble.empty();
   ImGui::BeginDisabled(!can);
-  bool chosen = kit::button(asked.asDocument ? "Open" : "Import", kit::Weight::chief, 96);
+  bool chosen = kit::mainButton(asked.asDocument ? "Open" : "Import", 96);
   ImGui::EndDisabled();
   chosen = can && (chosen || entered || asked.accepted);
   kit::endDialog(open && !chosen);

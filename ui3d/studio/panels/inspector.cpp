@@ -22,7 +22,7 @@ std::string mergeKey(std::string_view what, engine::Id id) {
 }
 
 template <class Body>
-void bodyOf(Context& context, const Body& body, Body* (Document::*find)(engine::Id)) {
+void bodyOf(Context& context, Memory& memory, const Body& body, Body* (Document::*find)(engine::Id)) {
   std::array<float, 3> colour = body.colour;
   const float width = ImGui::GetContentRegionAvail().x;
   ImGui::AlignTextToFramePadding();
@@ -39,7 +39,7 @@ void bodyOf(Context& context, const Body& body, Body* (Document::*find)(engine::
   }
   if (ImGui::IsItemDeactivatedAfterEdit()) context.bench.endMerge();
 
-  kit::heading("Feel");
+  if (!feelHeading(context, memory)) return;
   haptics::Material material = body.material;
   const auto touched = drawRows(materialRows(), material);
   if (touched.changed) {
@@ -164,21 +164,30 @@ void place(Context& context, const engine::Thing& thing, const Vec3d& atMm) {
 
 }  // namespace
 
+bool feelHeading(const Context& context, Memory& memory) {
+  if (context.bench.usesPointer())
+    return kit::fold("Feel", memory.feelOpen, "How the clay feels to a force device. There is none in use.");
+  kit::heading("Feel");
+  return true;
+}
+
 void inspector(Context& context, Memory& memory) {
   const Document& document = *context.now.document;
   const engine::Thing* thing = document.thing(context.state.selected);
   if (!thing) return;
   kit::heading(thing->name);
+  if (const size_t selected = context.state.selection().size(); selected > 1)
+    kit::dimText("and " + std::to_string(selected - 1) + " more selected");
   ImGui::PushID(int(thing->id));
   ImGui::BeginDisabled(thing->locked);
   if (const engine::Piece* piece = document.piece(thing->id)) {
     if (piece->version) kit::fact("Voxel", kit::written(piece->version.grid().voxelMm) + " mm");
     place(context, *piece, piece->pose.apply(middleOf(memory, *piece)));
-    bodyOf(context, *piece, &Document::piece);
+    bodyOf(context, memory, *piece, &Document::piece);
     if (!laysMaterial(context)) materialsSection(context, memory, *piece);
   } else if (const engine::Part* part = document.part(thing->id)) {
     place(context, *part, part->pose.apply(middleOf(memory, *part)));
-    bodyOf(context, *part, &Document::part);
+    bodyOf(context, memory, *part, &Document::part);
   } else if (const Guide* g = document.guide(thing->id)) {
     place(context, *g, middleOf(*g));
     guide(context, *g);

@@ -82,12 +82,14 @@ void chosenRow(Context& context, Memory& memory, const Piece& piece, size_t inde
     }
     if (touched.ended) context.bench.endMerge();
   }
-  haptics::Material material = row.material;
-  const auto touched = drawRows(materialRows(), material);
-  if (touched.changed)
-    change(context, piece, index, touched.name, touched.id,
-           [set = touched.set](MaterialRow& each) { set(each.material); });
-  if (touched.ended) context.bench.endMerge();
+  if (feelHeading(context, memory)) {
+    haptics::Material material = row.material;
+    const auto touched = drawRows(materialRows(), material);
+    if (touched.changed)
+      change(context, piece, index, touched.name, touched.id,
+             [set = touched.set](MaterialRow& each) { set(each.material); });
+    if (touched.ended) context.bench.endMerge();
+  }
   // Voxels hold numbers: only the last row can go without another one taking its place.
   if (index + 1 == piece.materials.size() &&
       kit::button("Remove", kit::Weight::plain, ImGui::GetContentRegionAvail().x, "trash")) {

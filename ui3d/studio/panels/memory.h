@@ -169,6 +169,8 @@ struct Memory {
   std::deque<Said> said;
   bool moves = false;     ///< Panels::moves().
   bool handOpen = false;  ///< What every tool has is shown.
+  /// Unfolded: how clay feels, where there is no device; figures for developers in the panels.
+  bool feelOpen = false, qualityOpen = false, factsOpen = false, touchOpen = false;
 
   int material = 0;                                ///< That is shown of a piece: 0 the piece's own.
   std::pair<engine::Id, size_t> materialOf{0, 0};  ///< Whose name is in the field.
@@ -211,6 +213,7 @@ struct Memory {
   std::deque<std::filesystem::path> toBeAsked;  ///< Files that were dropped together: one after the other.
   int pictureSize = 0;                          ///< 0 the view's, 1 4K.
   bool recentOpen = false, recoverOpen = false;
+  int recentMarked = 0;  ///< Row of the recent files that Enter opens.
   SaveFlow keep;
   uint64_t madeSeen = UINT64_MAX;  ///< Snapshot::madeCount of the thing that was selected last for being new.
   double releasedS = 0;            ///< When the hand ended the stroke that is in work.
@@ -254,11 +257,14 @@ void drawNotices(Context& context, Memory& memory);
 // Panels: what is in them; their docks are begun.
 void settingsPanel(Context& context, Memory& memory);
 void deformSection(Context& context);      ///< While there is a deform box, instead of the tool's settings.
+void planeCutSection(Context& context);    ///< While a plane to cut along is placed, instead of the tool's settings.
 void drawnCurveSection(Context& context);  ///< While a curve is drawn, instead of the tool's settings.
 void materialsSection(Context& context, Memory& memory, const engine::Piece& piece);
 [[nodiscard]] bool laysMaterial(const Context& context);  ///< The tool in hand.
 void maskButtons(Context& context);                       ///< What can be done with a mask as a whole.
 void inspector(Context& context, Memory& memory);         ///< Of the selected thing, within settings.
+/// Heads the rows of how clay feels, folded away while no force device is in use; true where they are to be drawn.
+[[nodiscard]] bool feelHeading(const Context& context, Memory& memory);
 void thingsPanel(Context& context, Memory& memory);
 void historyPanel(Context& context, Memory& memory);
 void viewPanel(Context& context, Memory& memory);
@@ -281,7 +287,8 @@ void drawFirstStart(Context& context, Memory& memory);
 void depart(Context& context, Memory& memory, Departure departure);
 /// Opens a file as the document; asks for its units first where it names none.
 void beginDocument(Context& context, Memory& memory, const std::filesystem::path& file);
-void openSaveAs(Context& context, Memory& memory);
+/// `why`: a sentence that says why another name is asked for; empty: nothing went wrong.
+void openSaveAs(Context& context, Memory& memory, const std::string& why = {});
 void drawSave(Context& context, Memory& memory);
 void drawRecover(Context& context, Memory& memory);
 void drawRecent(Context& context, Memory& memory);

@@ -22,21 +22,23 @@ void drawPalette(Context& context, Memory& memory) {
                        ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_KeyPadEnter), false);
   kit::textField("##typed", memory.paletteTyped, 0, "What shall be done? Type a part of its name",
                  ImGui::IsWindowAppearing() || begins);
-  if (memory.paletteTyped != before) memory.paletteChosen = 0;
-
-  const std::vector<const Action*> found = searchActions(memory.paletteTyped);
+  std::vector<const Action*> found = searchActions(memory.paletteTyped);
+  const bool none = found.empty();
+  if (none) found = nearestActions(memory.paletteTyped);
   int& chosen = memory.paletteChosen;
-  const int shift = (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_DownArrow)) ? 1 : 0) -
-                    (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_UpArrow)) ? 1 : 0);
-  chosen = std::clamp(chosen + shift, 0, std::max(0, int(found.size()) - 1));
+  const int least = none ? -1 : 0;  // What was not asked for is not run by Enter alone.
+  if (memory.paletteTyped != before) chosen = least;
+  const int shift = kit::arrowStep();
+  chosen = std::clamp(chosen + shift, least, int(found.size()) - 1);
 
   const Action* run = nullptr;
   ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {0, 0});
   ImGui::BeginChild("found");
   kit::sharpen(*ImGui::GetWindowDrawList());
-  if (found.empty()) {
+  if (none) {
     kit::gap(10);
-    kit::wrapped("Nothing is called so.", colours().dim);
+    kit::wrapped("No results. The nearest are:", colours().dim);
+    kit::gap(6);
   }
   for (int i = 0; i < int(found.size()); ++i) {
     const Action& action = *found[size_t(i)];
@@ -70,7 +72,7 @@ void drawPalette(Context& context, Memory& memory) {
   }
   ImGui::EndChild();
   ImGui::PopStyleVar();
-  if (entered && !found.empty()) {
+  if (entered && chosen >= 0) {
     const Action* action = found[size_t(chosen)];
     if (!action->enabled || action->enabled(context)) run = action;
   }

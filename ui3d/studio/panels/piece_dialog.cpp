@@ -58,40 +58,17 @@ void drawNumber(const Parameter& row, bool curve, engine::PieceArguments& argume
   if (kit::segmented(row.id.data(), words->words, chosen)) row.change(arguments, row.low + chosen);
 }
 
-struct NamedPlane {
-  std::string name;
-  engine::MirrorPlane plane;
-};
-
-// What is selected first, then the planes that mirror strokes, the middle of the piece, the other guides.
 std::vector<NamedPlane> planesFor(const Context& context, Operation& operation, const engine::Piece* piece) {
-  const engine::Document& document = *context.now.document;
-  std::vector<NamedPlane> planes;
-  const auto addGuide = [&](const Guide& guide) {
-    planes.push_back({guide.name, {guide.pose.translation, guide.axis()}});
-  };
-  const Guide* selected = document.guide(context.state.selected);
-  if (selected && selected->kind == Guide::Kind::plane) addGuide(*selected);
-  const engine::Symmetry& symmetry = document.symmetry;
-  const bool mirrors[] = {symmetry.x, symmetry.y, symmetry.z};
-  static constexpr std::array<const char*, 3> kAxes{"x", "y", "z"};
-  for (int i = 0; i < 3; ++i)
-    if (mirrors[i])
-      planes.push_back({std::string("Symmetry ") + kAxes[size_t(i)],
-                        {symmetry.pose.translation, symmetry.pose.rotation * Vec3d::Unit(i)}});
+  std::optional<Vec3d> middleMm;
   if (piece && piece->version && piece->version.stats().bricks > 0) {
     if (operation.measured != piece->version) {
       const clay::BoxMm box = clay::boundsOf(piece->version);
       operation.middleMm = piece->pose.apply((box.low + box.high) / 2);
       operation.measured = piece->version;
     }
-    for (int i = 0; i < 3; ++i)
-      planes.push_back(
-          {std::string("Across ") + kAxes[size_t(i)] + ", in the middle", {operation.middleMm, Vec3d::Unit(i)}});
+    middleMm = operation.middleMm;
   }
-  for (const Guide& guide : document.guides)
-    if (guide.kind == Guide::Kind::plane && &guide != selected) addGuide(guide);
-  return planes;
+  return planesOf(*context.now.document, context.state.selected, middleMm);
 }
 
 // Which piece, or which two. Returns the first; null: there is none.
@@ -164,12 +141,49 @@ std::pair<const engine::Piece*, const engine::Piece*> combined(const engine::Doc
   return {first, second};
 }
 
+// How far what the picture shows of an offset is from what it will be.
+void drawPreviewLimits(const engine::PieceJob& row, const engine::PieceArguments& arguments,
+                       const engine::Piece& piece) {
+  if (!row.growsMm || arguments.pieces.size() != 1 || !piece.version) return;
+  // An edge that is to be round with this radius is shown flat: off by 0.3 of it, a voxel's width from here on.
+  constexpr double kRightVoxels = 3;
+  const double mm = row.growsMm(arguments);
+  if (mm < 0)
+    kit::wrapped("The picture does not show it: it is seen when it is done.", colours().dim);
+  else if (mm > kRightVoxels * piece.version.grid().voxelMm)
+    kit::wrapped("The picture shows it roughly: edges will be round, and gaps narrower than " + kit::written(2 * mm) +
+                     " mm will close.",
+                 colours().dim);
+}
+
 // For each pair of pieces anew; what the user sets for a pair stays.
 void proposeVoxel(const engine::Document& document, Operation& operation) {
   const auto [first, second] = combined(document, operation);
   if (!first || std::exchange(operation.costOf, operation.arguments.pieces) == operation.arguments.pieces) return;
   operation.arguments.change<engine::CombineValues>().voxelMm =
       engine::combineCost(*operation.row, *first, *second, 0).voxelMm;
+}
+
+// Whose voxels the result gets, as one choice where the pieces differ; the number below it is for all others.
+void drawWhoseVoxels(const engine::Document& document, Operation& operation) {
+  const auto [first, second] = combined(document, operation);
+  if (!first || first->version.grid().voxelMm == second->version.grid().voxelMm) return;
+  double& voxel = operation.arguments.change<engine::CombineValues>().voxelMm;
+  const std::array<double, 3> sizes{first->version.grid().voxelMm, second->version.grid().voxelMm,
+                                    engine::combineCost(*operation.row, *first, *second, 0).voxelMm};
+  std::vector<std::string> names;
+  for (size_t i = 0; i < 2; ++i)
+    names.push_back((i == 0 ? first : second)->name + "'s: " + kit::written(sizes[i]) + " mm");
+  const bool between = sizes[2] != sizes[0] && sizes[2] != sizes[1];
+  if (between) names.push_back("Between: " + kit::written(sizes[2]) + " mm");
+  const auto found = std::find(sizes.begin(), sizes.begin() + ptrdiff_t(names.size()), voxel);
+  int chosen = int(found - sizes.begin());
+  if (size_t(chosen) == names.size()) names.push_back("Other: " + kit::written(voxel) + " mm");
+  const std::vector<string_view> views(names.begin(), names.end());
+  if (kit::choice("Voxels of", views, chosen,
+                  "The result has one voxel size: finer keeps more detail and takes more memory.") &&
+      chosen < 3)
+    voxel = sizes[size_t(chosen)];
 }
 
 // What the result has, before it is made.
@@ -241,6 +255,10 @@ void beginOperation(Context& context, Memory& memory, std::string_view id) {
   const auto last = memory.operations.find(row->id);
   const engine::Piece* selected = context.now.document->piece(context.state.selected);
   if (row->pieces > 0 && selected) operation.arguments.pieces = {selected->id};
+  for (const engine::Id other : context.state.selection())
+    if (selected && other != selected->id && context.now.document->piece(other) &&
+        operation.arguments.pieces.size() < size_t(row->pieces))
+      operation.arguments.pieces.push_back(other);
   const engine::Piece* piece =
       operation.arguments.pieces.empty() ? nullptr : context.now.document->piece(operation.arguments.pieces[0]);
   for (const Parameter& parameter : row->parameters) {
@@ -298,6 +316,7 @@ void drawOperation(Context& context, Memory& memory) {
   if (row.takesCurve)
     if (const std::string missing = drawCurve(context, operation); !missing.empty()) problem = missing;
   proposeVoxel(*context.now.document, operation);
+  drawWhoseVoxels(*context.now.document, operation);
   for (const Parameter& parameter : row.parameters) drawNumber(parameter, row.takesCurve, operation.arguments);
   if (problem.empty()) {
     drawCost(*context.now.document, operation);
@@ -305,6 +324,7 @@ void drawOperation(Context& context, Memory& memory) {
   }
   if (const std::string none = followPegs(context, memory, problem.empty() ? piece : nullptr); !none.empty())
     problem = kit::sentence(none);
+  if (problem.empty() && piece) drawPreviewLimits(row, operation.arguments, *piece);
   if (!problem.empty()) kit::wrapped(problem, colours().warning);
   kit::gap(6);
   const float wide = std::max(96.0f, kit::buttonWidth(row.name));
@@ -312,7 +332,7 @@ void drawOperation(Context& context, Memory& memory) {
   if (kit::button("Cancel", kit::Weight::plain, wide)) open = false;
   ImGui::SameLine();
   ImGui::BeginDisabled(!problem.empty());
-  if (kit::button(row.name, kit::Weight::chief, wide)) {
+  if (kit::mainButton(row.name, wide)) {
     memory.operations[row.id] = operation.arguments;
     sharePrintChoice(row, operation.arguments, context.state.print, true);
     context.bench.operate(std::string(row.id), operation.arguments);

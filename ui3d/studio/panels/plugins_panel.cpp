@@ -126,6 +126,9 @@ void drawPlugins(Context& context, Memory& memory) {
   ImGui::SameLine();
   ImGui::SetCursorPosY(ImGui::GetCursorPosY() + std::floor((kRow - ImGui::GetTextLineHeight()) / 2));
   kit::dimText("argil plugins new brush FOLDER writes one to begin with.");
+  ImGui::SameLine(ImGui::GetWindowContentRegionMax().x - 96);
+  ImGui::SetCursorPosY(ImGui::GetCursorPosY() - std::floor((kRow - ImGui::GetTextLineHeight()) / 2));
+  if (kit::mainButton("Done", 96)) open = false;
   // Behind the list, which it changes.
   if (const auto [id, enable] = std::exchange(page.pressed, {}); !id.empty() && page.found)
     if (const FoundPlugin* plugin = page.found->find(id)) change(context, page, *plugin, enable);

@@ -49,7 +49,7 @@ void otherWays(Context& context, Memory& memory, const engine::Recoverable& what
 }
 
 // One of the list, with what can be done about it.
-void entry(Context& context, Memory& memory, const engine::Recoverable& what) {
+void entry(Context& context, Memory& memory, const engine::Recoverable& what, bool main) {
   ImGui::PushID(what.journal.c_str());
   const float width = ImGui::GetContentRegionAvail().x;
   const ImVec2 at = ImGui::GetCursorScreenPos();
@@ -79,7 +79,7 @@ void entry(Context& context, Memory& memory, const engine::Recoverable& what) {
   }
   ImGui::SameLine();
   ImGui::BeginDisabled(!any);
-  if (kit::button("Recover", kit::Weight::chief, kWide)) {
+  if (main ? kit::mainButton("Recover", kWide) : kit::button("Recover", kit::Weight::chief, kWide)) {
     begin(context, memory, what);
   }
   ImGui::EndDisabled();
@@ -107,6 +107,8 @@ void drawRecover(Context& context, Memory& memory) {
     ImGui::BeginChild("journals", {0, most});
     kit::sharpen(*ImGui::GetWindowDrawList());
   }
+  const auto first = size_t(std::find_if(offered.begin(), offered.end(), [](const auto& each) { return each.some(); }) -
+                            offered.begin());
   for (size_t i = 0; i < offered.size(); ++i) {
     if (i > 0) {
       const ImVec2 at = ImGui::GetCursorScreenPos();
@@ -114,12 +116,13 @@ void drawRecover(Context& context, Memory& memory) {
                                           colours().line, 1);
       kit::gap(12);
     }
-    entry(context, memory, offered[i]);
+    entry(context, memory, offered[i], i == first);
   }
   if (offered.size() > 3) ImGui::EndChild();
   kit::gap(8);
   ImGui::SetCursorPosX(ImGui::GetWindowContentRegionMax().x - kWide);
-  if (kit::button(offered.empty() ? "Close" : "Later", kit::Weight::plain, kWide)) memory.recoverOpen = false;
+  if (offered.empty() ? kit::mainButton("Close", kWide) : kit::button("Later", kit::Weight::plain, kWide))
+    memory.recoverOpen = false;
   kit::endDialog(memory.recoverOpen);
 }
 

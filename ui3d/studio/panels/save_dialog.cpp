@@ -45,12 +45,14 @@ void go(Context& context, Memory& memory) {
 }
 
 void run(Context& context, Memory& memory, Next next) {
-  if (next == Next::chooseName)
-    openSaveAs(context, memory);
-  else if (next == Next::save)
+  if (next == Next::chooseName) {
+    const engine::FileState file = context.bench.snapshot()->file;
+    openSaveAs(context, memory, file.path.empty() ? std::string() : file.refusal);
+  } else if (next == Next::save) {
     context.state.wishes.save = std::filesystem::path();
-  else if (next == Next::go)
+  } else if (next == Next::go) {
     go(context, memory);
+  }
 }
 
 std::string_view deed(To to) {
@@ -115,7 +117,7 @@ void drawSave(Context& context, Memory& memory) {
   if (kit::button("Cancel", kit::Weight::plain, kWide)) answer = Answer::cancel;
   kit::tooltip("Nothing happens.", "Escape");
   ImGui::SameLine();
-  if (kit::button("Save", kit::Weight::chief, kWide)) answer = Answer::save;
+  if (kit::mainButton("Save", kWide)) answer = Answer::save;
   kit::tooltip(file.path.empty() ? "Asks for a name, then goes on." : "Then goes on.", "Enter");
   // Not by the key press that brought the question.
   if (!ImGui::IsWindowAppearing()) {

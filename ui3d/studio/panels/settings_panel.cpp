@@ -91,6 +91,10 @@ void settingsPanel(Context& context, Memory& memory) {
     drawnCurveSection(context);
     return;
   }
+  if (context.state.planeCut) {
+    planeCutSection(context);
+    return;
+  }
   if (context.state.deformBox) {
     deformSection(context);
     return;

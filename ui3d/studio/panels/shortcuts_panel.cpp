@@ -38,6 +38,7 @@ void drawShortcuts(Context& context, Memory& memory) {
       "Drag with the left button on clay: the tool. Middle or right button: turn; with Shift: move; wheel: nearer and "
       "farther. "
       "Ctrl held: the opposite tool; Shift held: smooth; F and a drag: the tool's size. "
+      "A click on another piece works on it; Ctrl and a click selects it too. "
       "A pen: its button and a drag turn; its button and the tip together move; a click of its button (or the right "
       "one of a mouse) opens a ring of undo, redo, "
       "size, zoom and move; pressure as each tool's settings say; its other end is the opposite tool, or smooths. "
@@ -87,6 +88,8 @@ void drawShortcuts(Context& context, Memory& memory) {
   ImGui::BeginDisabled(context.state.keys.empty());
   if (kit::button("All as shipped")) context.state.keys.clear();
   ImGui::EndDisabled();
+  ImGui::SameLine(ImGui::GetWindowContentRegionMax().x - 96);
+  if (kit::mainButton("Done", 96)) open = false;
   kit::endDialog(open);
 }
 

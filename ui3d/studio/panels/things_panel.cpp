@@ -47,7 +47,7 @@ void menu(Context& context, Memory& memory, const Thing& thing) {
     memory.renameBegun = false;
     memory.renameText = thing.name;
   }
-  context.state.selected = thing.id;
+  if (!context.state.isSelected(thing.id)) context.state.selected = thing.id;
   for (const char* id : {"view.focus", "edit.hide", "edit.lock", "edit.moveUp", "edit.moveDown", "edit.delete"}) {
     const Action* action = findAction(id);
     if (action && ImGui::MenuItem(action->name.c_str(), shortcutOf(*action, context.state).c_str()))
@@ -65,8 +65,11 @@ void row(Context& context, Memory& memory, const Thing& thing, const float* colo
   if (memory.renaming == thing.id) {
     rename(context, memory, thing, main);
   } else {
-    const bool chosen = context.state.selected == thing.id;
-    if (ImGui::InvisibleButton("row", {main, kHeight})) {
+    const bool chosen = context.state.isSelected(thing.id);
+    const bool pressed = ImGui::InvisibleButton("row", {main, kHeight});
+    if (pressed && ImGui::GetIO().KeyCtrl) {
+      context.state.toggleSelected(thing.id);
+    } else if (pressed) {
       context.state.selected = thing.id;
       if (document.piece(thing.id) && document.active != thing.id) {
         context.bench.edit(

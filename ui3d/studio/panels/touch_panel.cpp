@@ -130,6 +130,50 @@ void limits(const haptics::DeviceSheet& sheet) {
             std::to_string(sheet.dofIn) + " · " + std::to_string(sheet.dofOut) + " · " + std::to_string(sheet.buttons));
 }
 
+void reach(Context& context) {
+  kit::heading("Reach of the hand");
+  bool changed = drawRows(workspaceRows(), context.state.workspace).changed;
+  const auto walls = wallRows();
+  changed |= drawRows(context.state.workspace.walls.on ? walls : walls.first(1), context.state.workspace.walls).changed;
+  if (changed) context.bench.setWorkspace(context.state.workspace);
+  kit::toggle("Show the reach", context.state.showWorkspaceBox, "The box that the hand can reach, in the picture.");
+}
+
+void guidesOfPlugins(Context& context) {
+  const auto guides = engine::feltGuides().all();
+  if (guides.empty()) return;
+  kit::heading("Guides of plugins");
+  const std::vector<std::string> felt = context.bench.guidesFelt();
+  for (const engine::FeltGuide* guide : guides) {
+    bool on = std::find(felt.begin(), felt.end(), guide->id) != felt.end();
+    if (kit::toggle(guide->name, on, guide->help)) context.bench.feelGuide(guide->id, on);
+  }
+}
+
+// Times of the servo's ticks, its counters, what bounds its cost, the device's data sheet.
+void advanced(Context& context, const engine::TouchState& touch) {
+  const haptics::ServoStatistics& s = touch.statistics;
+  plotTimes("compute", s.compute);
+  plotTimes("lateness", s.lateness);
+  const bool pointer = context.bench.usesPointer();
+  if (!pointer) {
+    kit::fact("Delay of the loop", kit::written(1e3 * touch.delayS) + " ms");
+    kit::fact("Stiffness at that delay", kit::written(touch.stiffnessNmm) + " N/mm");
+  }
+  kit::fact("Ticks · late · missed",
+            kit::counted(s.ticks) + " · " + kit::counted(s.overrun) + " · " + kit::counted(s.missed));
+  kit::fact("Dropped samples · watchdog",
+            kit::counted(touch.droppedSamples) + " · " + kit::counted(touch.watchdogCuts));
+  if (!touch.grant.empty()) kit::wrapped(kit::sentence(touch.grant), colours().dim);
+  if (pointer) return;
+  kit::heading("Accuracy of touch");
+  engine::Quality quality;
+  quality.touch = context.state.touchQuality;
+  if (drawRows(touchQualityRows(), quality).changed)
+    context.bench.setTouchQuality(context.state.touchQuality = quality.touch);
+  limits(touch.sheet);
+}
+
 }  // namespace
 
 void touchPanel(Context& context, Memory& memory) {
@@ -155,43 +199,14 @@ void touchPanel(Context& context, Memory& memory) {
                  colours().dim);
   if (!touch.deviceStatus.empty()) kit::wrapped(kit::sentence(touch.deviceStatus), colours().dim);
 
-  if (!pointer) plotForce(touch.forceN, touch.sheet.peakForceN, stopped);
-  const haptics::ServoStatistics& s = touch.statistics;
-  plotTimes("compute", s.compute);
-  plotTimes("lateness", s.lateness);
   if (!pointer) {
-    kit::fact("Peak force", kit::written(s.peakForceN) + " N");
-    kit::fact("Delay of the loop", kit::written(1e3 * touch.delayS) + " ms");
-    kit::fact("Stiffness at that delay", kit::written(touch.stiffnessNmm) + " N/mm");
+    plotForce(touch.forceN, touch.sheet.peakForceN, stopped);
+    kit::fact("Peak force", kit::written(touch.statistics.peakForceN) + " N");
+    reach(context);
   }
-  kit::fact("Ticks · late · missed",
-            kit::counted(s.ticks) + " · " + kit::counted(s.overrun) + " · " + kit::counted(s.missed));
-  kit::fact("Dropped samples · watchdog",
-            kit::counted(touch.droppedSamples) + " · " + kit::counted(touch.watchdogCuts));
-  if (!touch.grant.empty()) kit::wrapped(kit::sentence(touch.grant), colours().dim);
-
-  kit::heading("Reach of the hand");
-  bool changed = drawRows(workspaceRows(), context.state.workspace).changed;
-  const auto walls = wallRows();
-  changed |= drawRows(context.state.workspace.walls.on ? walls : walls.first(1), context.state.workspace.walls).changed;
-  if (changed) context.bench.setWorkspace(context.state.workspace);
-  kit::toggle("Show the reach", context.state.showWorkspaceBox, "The box that the hand can reach, in the picture.");
-
-  if (const auto guides = engine::feltGuides().all(); !guides.empty()) {
-    kit::heading("Guides of plugins");
-    const std::vector<std::string> felt = context.bench.guidesFelt();
-    for (const engine::FeltGuide* guide : guides) {
-      bool on = std::find(felt.begin(), felt.end(), guide->id) != felt.end();
-      if (kit::toggle(guide->name, on, guide->help)) context.bench.feelGuide(guide->id, on);
-    }
-  }
-
-  kit::heading("Accuracy of touch");
-  engine::Quality quality;
-  quality.touch = context.state.touchQuality;
-  if (drawRows(touchQualityRows(), quality).changed)
-    context.bench.setTouchQuality(context.state.touchQuality = quality.touch);
-  if (!pointer) limits(touch.sheet);
+  guidesOfPlugins(context);
+  if (!kit::fold("Advanced", memory.touchOpen, "Times and limits of the touch, for developers.")) return;
+  advanced(context, touch);
 }
 
 }  // namespace argil::studio

@@ -16,24 +16,57 @@ using Text = std::string_view;
 double aspect(const Context& c) {
   return freeAspect(layoutOf(c).free, c.width, c.height);
 }
+constexpr int kSightsAcross = 9;  // Rays that look for what is seen.
+
+// The middle of what the picture shows beside the panels: of everything, where all of it is there, else of the surface
+// that is seen; the view's target where that is none.
+Vec3d middleOfSeen(const Context& c) {
+  const render::View& view = c.camera.view();
+  const kit::Rect free = layoutOf(c).free;
+  const render::Box box = c.renderer.bounds();
+  if (box.empty()) return view.target;
+  const auto within = [&](const Vec3d& corner) {
+    const Vec3d at = view.project(corner, int(c.width), int(c.height));
+    return at.z() > 0 && at.x() >= double(free.left) && at.x() <= double(free.right) && at.y() >= double(free.top) &&
+           at.y() <= double(free.bottom);
+  };
+  bool all = true;
+  for (int i = 0; i < 8; ++i)
+    all = all &&
+          within({(i & 1 ? box.max : box.min).x(), (i & 2 ? box.max : box.min).y(), (i & 4 ? box.max : box.min).z()});
+  if (all) return box.centre();
+  render::Box seen;
+  for (int i = 0; i < kSightsAcross * kSightsAcross; ++i) {
+    const float across = (float(i % kSightsAcross) + 0.5f) / kSightsAcross,
+                down = (float(i / kSightsAcross) + 0.5f) / kSightsAcross;
+    const Camera::Ray ray =
+        c.camera.ray(free.left + across * free.width(), free.top + down * free.height(), c.width, c.height);
+    if (const auto hit = c.renderer.pick(ray.origin, ray.direction, c.state.look.section))
+      seen.add(Vec3d(ray.origin + hit->distanceMm * ray.direction));
+  }
+  return seen.empty() ? view.target : seen.centre();
+}
 void look(Context& c, Text view) {
-  c.camera.look(std::string(view), render::Box(), aspect(c));
+  c.camera.look(std::string(view), middleOfSeen(c));
 }
 void focusAll(Context& c, Text) {
   c.camera.focus(c.renderer.bounds(), aspect(c));
 }
 void focusSelected(Context& c, Text) {
   render::Box box;
-  const engine::Id id = c.state.selected ? c.state.selected : c.now.document->active;
-  if (const engine::Guide* guide = c.now.document->guide(id)) {
-    for (const Vec3d& point : guide->pointsMm) box.add(point);
-    if (guide->pointsMm.empty()) {
-      const double reach = 0.5 * std::max(1.0, guide->sizeMm.norm());
-      box.add(guide->pose.translation - Vec3d::Constant(reach));
-      box.add(guide->pose.translation + Vec3d::Constant(reach));
+  std::vector<engine::Id> ids = c.state.selection();
+  if (ids.empty()) ids.push_back(c.now.document->active);
+  for (const engine::Id id : ids) {
+    if (const engine::Guide* guide = c.now.document->guide(id)) {
+      for (const Vec3d& point : guide->pointsMm) box.add(point);
+      if (guide->pointsMm.empty()) {
+        const double reach = 0.5 * std::max(1.0, guide->sizeMm.norm());
+        box.add(guide->pose.translation - Vec3d::Constant(reach));
+        box.add(guide->pose.translation + Vec3d::Constant(reach));
+      }
+    } else if (c.now.document->thing(id)) {
+      box.add(c.renderer.bounds(id));
     }
-  } else if (c.now.document->thing(id)) {
-    box = c.renderer.bounds(id);
   }
   c.camera.focus(box.empty() ? c.renderer.bounds() : box, aspect(c));
 }
@@ -118,8 +151,8 @@ void addViewRows(std::vector<Action>& rows) {
        {Row{"front", "Front view", "1"}, Row{"back", "Back view", "Ctrl+1"}, Row{"right", "Right view", "3"},
         Row{"left", "Left view", "Ctrl+3"}, Row{"top", "Top view", "7"}, Row{"bottom", "Bottom view", "Ctrl+7"},
         Row{"iso", "Corner view", "0"}}) {
-    rows.push_back({std::string("view.") + row.view, row.name, "Looks from there at the same size.", "View", row.key,
-                    look, row.view});
+    rows.push_back({std::string("view.") + row.view, row.name,
+                    "Turns about the middle of what is seen, at the same size.", "View", row.key, look, row.view});
   }
   rows.push_back({"view.projection", "Orthographic", "Parallel lines stay parallel.", "View", "5", switchProjection, "",
                   nullptr, isOrthographic});

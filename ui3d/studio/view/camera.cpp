@@ -168,16 +168,15 @@ void Camera::glideTo(const View& view) {
   glide_ = 0;
 }
 
-void Camera::look(const std::string& name, const render::Box& bounds, double aspect) {
-  View next = View::named(name, bounds, aspect, view_.projection);
-  next.openingDegrees = view_.openingDegrees;
-  if (bounds.empty()) {
-    const Vec3d forward = next.axes().forward;
-    next.target = view_.target;
-    next.position = view_.target - view_.distance() * forward;
-  } else {
-    next.fit(bounds, aspect);
-  }
+void Camera::look(const std::string& name, const Vec3d& pivot) {
+  const View now = glide_ < 1 ? to_ : view_;  // Keys that follow each other at once add up.
+  View next = View::named(name, {}, 1, now.projection);
+  next.openingDegrees = now.openingDegrees;
+  const View::Axes before = now.axes(), after = next.axes();
+  const Vec3d to = pivot - now.position;
+  next.position = pivot - to.dot(before.right) * after.right - to.dot(before.up) * after.up -
+                  to.dot(before.forward) * after.forward;
+  next.target = next.position + now.distance() * after.forward;
   glideTo(next);
 }
 

@@ -32,9 +32,9 @@ class Camera {
   /// these), object mode: the model goes where the cap goes, and turns about the target.
   void motion(const std::array<float, 6>& axes, double seconds);
 
-  /// One of View::names(), keeping the size of what is seen; with a box that is not empty it is fitted. Throws Error
-  /// for another name.
-  void look(const std::string& name, const render::Box& bounds, double aspect);
+  /// Turns to one of View::names() about `pivot`, which keeps its place in the picture and its size. Throws Error for
+  /// another name.
+  void look(const std::string& name, const Vec3d& pivot);
   /// All of the box, from where we look now; an empty one counts as 100 mm about zero.
   void focus(const render::Box& bounds, double aspect);
   /// Keeps the size of what lies in the plane of the target; so does openingDegrees, 1 to 150.

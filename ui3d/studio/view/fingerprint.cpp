@@ -92,6 +92,14 @@ uint64_t fingerprint(const render::Shot& shot, const render::Quality& quality) {
     mix(double(line.widthPixels));
     mix.word(uint64_t(line.depth));
   }
+  for (const render::PlaneMark& plane : shot.overlays.planes) {
+    mix(plane.pointMm);
+    mix(plane.normal);
+    mix(plane.line);
+    mix(plane.beyond);
+    mix(double(plane.widthPixels));
+    mix.word(plane.dimmedToo);
+  }
   mix.word(uint64_t(quality.supersample));
   mix.word(uint64_t(quality.shadowPixels));
   mix(quality.detailPixels);

@@ -1,10 +1,32 @@
 #include "ui3d/studio/view/studio_state.h"
 
+#include <algorithm>
 #include <cmath>
-
 #include <system_error>
 
 namespace argil::studio {
+
+std::vector<engine::Id> StudioState::selection() const {
+  std::vector<engine::Id> all;
+  if (selected == 0) return all;
+  all.push_back(selected);
+  if (alsoSelected.beside == selected) all.insert(all.end(), alsoSelected.ids.begin(), alsoSelected.ids.end());
+  return all;
+}
+
+bool StudioState::isSelected(engine::Id id) const {
+  const std::vector<engine::Id> all = selection();
+  return id != 0 && std::find(all.begin(), all.end(), id) != all.end();
+}
+
+void StudioState::toggleSelected(engine::Id id) {
+  if (id == 0) return;
+  std::vector<engine::Id> all = selection();
+  if (std::erase(all, id) == 0) all.push_back(id);
+  selected = all.empty() ? 0 : all.front();
+  alsoSelected = {selected, {}};
+  if (!all.empty()) alsoSelected.ids.assign(all.begin() + 1, all.end());
+}
 
 engine::Tool& StudioState::tool() {
   const auto found = tools.find(toolId);

@@ -16,6 +16,7 @@
 #include "render/renderer/renderer.h"
 #include "ui3d/studio/view/deform_box.h"
 #include "ui3d/studio/view/drawn_curve.h"
+#include "ui3d/studio/view/plane_cut.h"
 
 namespace argil::studio {
 
@@ -83,7 +84,9 @@ struct PrintChoice {
 /// A piece that is shown as an operation would make it, before it has.
 struct GrownPiece {
   engine::Id piece = 0;
-  double mm = 0;              ///< render::PieceLook::grownMm.
+  double mm = 0;      ///< render::PieceLook::grownMm.
+  double factor = 1;  ///< Scaled by it about `aboutMm`, world.
+  Vec3d aboutMm = Vec3d::Zero();
   clay::Version before = {};  ///< The clay of an operation at work.
   friend bool operator==(const GrownPiece&, const GrownPiece&) = default;
 };
@@ -109,6 +112,13 @@ struct StudioState {
   double sizedForMm = kUsualMm;   ///< Size of that when the tools' sizes were set; > 0.
   engine::Id otherPiece = 0;      ///< Under the cursor, and not worked on; 0: none.
   engine::Id selected = 0;        ///< A thing of the document; widgets are shown for it. 0: none.
+  /// Selected besides `selected`, in the order in which they were added. Holds as long as `selected` is `beside`:
+  /// whoever selects another thing selects it alone.
+  struct MoreSelected {
+    engine::Id beside = 0;
+    std::vector<engine::Id> ids;
+  };
+  MoreSelected alsoSelected;
   bool straight = false;  ///< A drag over the clay draws a straight line, worked along when the button comes up.
   GizmoMode gizmo = GizmoMode::none;
   bool snapWidgets = true;  ///< Dragged widgets snap to guides, surface and grid.
@@ -120,6 +130,8 @@ struct StudioState {
   std::optional<GrownPiece> grown;       ///< Of the operation that is asked about, else of the one at work.
   std::optional<GrownPiece> growing;     ///< At work: until its piece's next surface comes.
   std::optional<PegsShown> pegs;         ///< Of the cut that is asked about.
+  std::optional<GrownPiece> scaled;      ///< In the hand that scales it.
+  std::optional<PlaneCut> planeCut;      ///< Along which a piece is about to be cut or mirrored.
   std::optional<DrawnCurve> drawnCurve;  ///< Over the picture: a drag with the left button draws it.
 
   // Looks
@@ -142,6 +154,13 @@ struct StudioState {
   bool foldPanels = true;  ///< Panels are folded where they would leave the clay less than kClayPart of the window.
   bool startPage = true;   ///< It comes when the studio starts without a file.
   Theme theme = Theme::dark;
+  /// Theme and background that the settings keep while `theme` was given for this start alone; none: they are kept as
+  /// they are.
+  struct KeptTheme {
+    Theme theme = Theme::dark;
+    bool lightBackground = false;
+  };
+  std::optional<KeptTheme> keptTheme;
   float interfaceScale = 0;                              ///< 0: as the display says; else 0.75 to 4.
   std::map<std::string, std::string, std::less<>> keys;  ///< Shortcuts that the person changed: action id → "Ctrl+Z".
   std::vector<std::string> recentFiles;                  ///< Newest first, absolute.
@@ -156,6 +175,12 @@ struct StudioState {
   bool offersRecovery = true;  ///< What crashed sessions left is offered as soon as it is known.
   bool quit = false;           ///< The person wants to leave: the panels ask about unsaved work.
   bool leave = false;          ///< And nothing stands in the way of it.
+
+  /// Returns everything that is selected, `selected` first; empty: nothing.
+  [[nodiscard]] std::vector<engine::Id> selection() const;
+  [[nodiscard]] bool isSelected(engine::Id id) const;
+  /// Adds a thing to the selection, or takes it out where it is in it.
+  void toggleSelected(engine::Id id);
 
   /// The tool as it is in hand now, with the keys that are held. Adds the standard settings of a tool that was never
   /// taken.

@@ -213,7 +213,7 @@ std::optional<Vec3d> pivotOf(const World& world, const engine::Document& shown, 
 }
 
 Build buildAll(const World& world, const engine::Document& shown, const std::optional<Vec3d>& pivot) {
-  Build build{world, shown, {}, {}, {}, {}};
+  Build build{world, shown, {}, {}, {}, {}, {}};
   const StudioState& state = world.state;
   for (const Guide& guide : shown.guides) {
     if (!guide.visible) continue;
@@ -229,6 +229,7 @@ Build buildAll(const World& world, const engine::Document& shown, const std::opt
   if (state.bedShown) buildPrintBed(build);
   buildPegs(build);
   buildLattice(build);
+  buildPlaneCut(build);
   buildDrawnCurve(build);
 
   const engine::Thing* selected = shown.thing(state.selected);
@@ -240,7 +241,10 @@ Build buildAll(const World& world, const engine::Document& shown, const std::opt
         if (guide->pointsMm.empty()) axes = guide->pose.rotation.toRotationMatrix();
         sized = guide->kind != Guide::Kind::point;
       }
-      buildGizmo(build, {Target::Kind::thing, selected->id}, state.gizmo, *at, axes, sized);
+      const bool body = shown.guide(selected->id) == nullptr;
+      const bool scales = body && state.gizmo == GizmoMode::scale;
+      buildGizmo(build, {scales ? Target::Kind::scale : Target::Kind::thing, selected->id}, state.gizmo, *at, axes,
+                 sized || body);
     }
   }
   return build;

@@ -36,6 +36,7 @@ struct Build {
     render::Colour colour;
   };
   std::vector<Text> texts;
+  std::vector<render::PlaneMark> planes;
 
   void line(std::vector<Vec3d> points, render::Colour colour, float width = 2,
             render::Depth depth = render::Depth::xray);
@@ -91,6 +92,7 @@ void buildPegs(Build& build);
 /// corner.
 [[nodiscard]] Vec3d printBedMiddle(const render::Box& clay, const Vec3d& bedMm);
 void buildLattice(Build& build);
+void buildPlaneCut(Build& build);
 void buildDrawnCurve(Build& build);
 /// For the selected thing, about `pivot`. `axes`: unit, right-handed.
 void buildGizmo(Build& build, const Target& target, GizmoMode mode, const Vec3d& pivot, const Eigen::Matrix3d& axes,

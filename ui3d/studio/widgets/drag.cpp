@@ -222,6 +222,8 @@ std::string Drag::label(const engine::Document& document) const {
       return "Deform";
     case Target::Kind::workspace:
       return fmt::format("{} workspace", verb);
+    case Target::Kind::cut:
+      return fmt::format("{} the plane", verb);
     default:
       break;
   }

@@ -16,6 +16,7 @@ constexpr double kSizeUnits = 100, kGapUnits = 14;
 constexpr double kPadFrom = 30, kPadTo = 54;
 constexpr double kRingUnits = 84, kViewRingUnits = 100;
 constexpr int kRingSteps = 72;
+constexpr double kScaleRing = 0.5;     // Of kSizeUnits.
 constexpr double kTowardsEye = 0.985;  // Cosine: an axis that points at the eye cannot be dragged along.
 constexpr double kEdgeOn = 0.12;       // Sine: nor a plane that is seen from its edge.
 
@@ -36,6 +37,10 @@ void scaleGuide(Guide& guide, const Vec3d& pivot, int axis, double factor) {
 
 void applyScale(Subject& subject, const Handle& handle, const Change& change) {
   if (auto* guide = std::get_if<Guide>(&subject)) scaleGuide(*guide, handle.anchor, handle.index, change.factor);
+  if (std::holds_alternative<HeldScale>(subject)) {
+    // As much as the operation takes: 1 % to 10 000 %.
+    subject = HeldScale{std::clamp(change.factor, 0.01, 100.0), handle.anchor};
+  }
 }
 
 bool scales(const Guide& guide, int axis) {
@@ -109,6 +114,15 @@ void buildGizmo(Build& build, const Target& target, GizmoMode mode, const Vec3d&
         faded(widget_colours::kHandle, 0.85f));
   } else if (mode == GizmoMode::scale && sized) {
     const Guide* guide = build.document.guide(target.id);
+    // Of clay and parts all sides alike.
+    if (!guide) {
+      for (int i = 0; i < 4; ++i) {
+        const double angle = (0.25 + 0.5 * i) * std::numbers::pi;
+        const Vec3d out = std::cos(angle) * across + std::sin(angle) * eye.cross(across);
+        add("scale", i, Way::scaleAll, eye, Form::square, {pivot + kScaleRing * kSizeUnits * unit * out},
+            widget_colours::kHandle);
+      }
+    }
     for (int i = 0; guide && i < 3; ++i) {
       const Vec3d axis = axes.col(i);
       if (!scales(*guide, i) || std::abs(axis.dot(eye)) >= kTowardsEye) continue;
@@ -117,7 +131,7 @@ void buildGizmo(Build& build, const Target& target, GizmoMode mode, const Vec3d&
       add("scale axis", i, Way::scaleAlong, axis, Form::square, {pivot + kSizeUnits * unit * axis}, axisColour(i));
     }
     add("scale", -1, Way::scaleAll, eye, Form::path,
-        arc(pivot, across, eye.cross(across), 0.5 * kSizeUnits * unit, 0, 2 * std::numbers::pi, kRingSteps),
+        arc(pivot, across, eye.cross(across), kScaleRing * kSizeUnits * unit, 0, 2 * std::numbers::pi, kRingSteps),
         widget_colours::kHandle);
   }
 }

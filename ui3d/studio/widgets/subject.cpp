@@ -59,6 +59,12 @@ Subject readSubject(const World& world, const Target& target) {
       if (const auto& box = world.state.deformBox; box && box->piece == target.id)
         return HeldLattice{box->lattice, box->pose, box->clayPlaces, box->warpAfterLattice()};
       break;
+    case Target::Kind::cut:
+      if (world.state.planeCut) return world.state.planeCut->arguments.plane;
+      break;
+    case Target::Kind::scale:
+      if (world.document.piece(target.id) || world.document.part(target.id)) return HeldScale{};
+      break;
   }
   return {};
 }
@@ -104,6 +110,15 @@ void writeSubject(World& world, const Target& target, const Subject& subject, co
                  [&](const HeldLattice& held) {
                    if (auto& box = world.state.deformBox; box && box->piece == target.id) box->lattice = held.lattice;
                  },
+                 [&](const engine::MirrorPlane& plane) {
+                   if (world.state.planeCut) world.state.planeCut->arguments.plane = plane;
+                 },
+                 [&](const HeldScale& held) {  // Shown alone: it is done when it is let go.
+                   world.state.scaled.reset();
+                   if (held.factor != 1)
+                     world.state.scaled =
+                         GrownPiece{.piece = target.id, .factor = held.factor, .aboutMm = held.aboutMm};
+                 },
              },
              subject);
 }
@@ -126,6 +141,14 @@ bool sameSubject(const Subject& a, const Subject& b) {
                    std::abs(workspace.scale - other.scale) <= 1e-12 * workspace.scale;
           },
           [&](const HeldLattice& held) { return held.lattice.points() == std::get<HeldLattice>(b).lattice.points(); },
+          [&](const engine::MirrorPlane& plane) {
+            const auto& other = std::get<engine::MirrorPlane>(b);
+            return same(plane.pointMm, other.pointMm) && same(plane.normal, other.normal);
+          },
+          [&](const HeldScale& held) {
+            const auto& other = std::get<HeldScale>(b);
+            return held.factor == other.factor && same(held.aboutMm, other.aboutMm);
+          },
       },
       a);
 }
@@ -135,21 +158,23 @@ std::vector<Vec3d> axesOf(const Subject& subject) {
     return std::vector<Vec3d>{pose.rotation * Vec3d::UnitX(), pose.rotation * Vec3d::UnitY(),
                               pose.rotation * Vec3d::UnitZ()};
   };
-  return std::visit(
-      Overloaded{
-          [](std::monostate) { return std::vector<Vec3d>(); },
-          [&](const Guide& guide) {
-            if (guide.kind == Guide::Kind::line) return std::vector<Vec3d>{guide.axis()};
-            if (guide.pointsMm.size() == 2)
-              return std::vector<Vec3d>{(guide.pointsMm[1] - guide.pointsMm[0]).normalized()};
-            return three(guide.pose);
-          },
-          [&](const Pose& pose) { return three(pose); }, [&](const Symmetry& symmetry) { return three(symmetry.pose); },
-          [](const render::Section& section) { return std::vector<Vec3d>{section.normal.normalized()}; },
-          [&](const haptics::Workspace& workspace) { return three(workspace.pose); },
-          [](const HeldLattice&) { return std::vector<Vec3d>(); },  // Its points do not turn.
-      },
-      subject);
+  return std::visit(Overloaded{
+                        [](std::monostate) { return std::vector<Vec3d>(); },
+                        [&](const Guide& guide) {
+                          if (guide.kind == Guide::Kind::line) return std::vector<Vec3d>{guide.axis()};
+                          if (guide.pointsMm.size() == 2)
+                            return std::vector<Vec3d>{(guide.pointsMm[1] - guide.pointsMm[0]).normalized()};
+                          return three(guide.pose);
+                        },
+                        [&](const Pose& pose) { return three(pose); },
+                        [&](const Symmetry& symmetry) { return three(symmetry.pose); },
+                        [](const render::Section& section) { return std::vector<Vec3d>{section.normal.normalized()}; },
+                        [&](const haptics::Workspace& workspace) { return three(workspace.pose); },
+                        [](const HeldLattice&) { return std::vector<Vec3d>(); },  // Its points do not turn.
+                        [](const HeldScale&) { return std::vector<Vec3d>(); },
+                        [](const engine::MirrorPlane& plane) { return std::vector<Vec3d>{plane.normal.normalized()}; },
+                    },
+                    subject);
 }
 
 void move(Subject& subject, const Vec3d& by) {
@@ -164,6 +189,8 @@ void move(Subject& subject, const Vec3d& by) {
                  [&](render::Section& section) { section.pointMm += by; },
                  [&](haptics::Workspace& workspace) { workspace.pose.translation += by; },
                  [](HeldLattice&) {},
+                 [](HeldScale&) {},
+                 [&](engine::MirrorPlane& plane) { plane.pointMm += by; },
              },
              subject);
 }
@@ -184,6 +211,11 @@ void turn(Subject& subject, const Vec3d& pivot, const Vec3d& axis, double angle)
                  },
                  [&](haptics::Workspace& workspace) { turnPose(workspace.pose, pivot, q); },
                  [](HeldLattice&) {},
+                 [](HeldScale&) {},
+                 [&](engine::MirrorPlane& plane) {
+                   plane.pointMm = pivot + q * (plane.pointMm - pivot);
+                   plane.normal = q * plane.normal;
+                 },
              },
              subject);
 }

@@ -12,9 +12,9 @@ namespace argil::studio {
 
 /// Names what a widget belongs to.
 struct Target {
-  enum class Kind : uint8_t { none, thing, symmetry, section, workspace, lattice };
+  enum class Kind : uint8_t { none, thing, symmetry, section, workspace, lattice, scale, cut };
   Kind kind = Kind::none;
-  engine::Id id = 0;  ///< Of a thing; of a lattice its piece.
+  engine::Id id = 0;  ///< Of a thing, also of one that is scaled; of a lattice or a cut its piece.
   friend bool operator==(const Target&, const Target&) = default;
 };
 
@@ -26,9 +26,15 @@ struct HeldLattice {
   std::shared_ptr<const clay::Warp> after = {};  ///< DeformBox::warpAfterLattice().
 };
 
+/// How much larger a piece or part is to be, about a place of the world.
+struct HeldScale {
+  double factor = 1;
+  Vec3d aboutMm = Vec3d::Zero();
+};
+
 /// A guide, the place of a piece or part, or what stands once in the studio.
 using Subject = std::variant<std::monostate, engine::Guide, haptics::Pose, engine::Symmetry, render::Section,
-                             haptics::Workspace, HeldLattice>;
+                             haptics::Workspace, HeldLattice, HeldScale, engine::MirrorPlane>;
 
 /// std::monostate when there is no such thing.
 [[nodiscard]] Subject readSubject(const World& world, const Target& target);

@@ -1,5 +1,5 @@
-// The planes of symmetry, and the circle of strokes that are repeated around an axis. Their arrows stand at the rim:
-// the clay in the middle is for sculpting.
+// The planes of symmetry, thin lines on the clay, and the circle of strokes that are repeated around an axis. Their
+// arrows stand beside the model: the clay in the middle is for sculpting.
 
 #include <cmath>
 #include <numbers>
@@ -42,8 +42,12 @@ void buildSymmetry(Build& build) {
     const Vec3d n = axes.col(i);
     const Vec3d centre = middle - (middle - symmetry.pose.translation).dot(n) * n;
     const Sheet sheet{centre, axes.col((i + 1) % 3), axes.col((i + 2) % 3), half, half};
-    build.fill(sheet.rim(), faded(axisColour(i), 0.10f));
-    build.closedLine(sheet.corners(), faded(axisColour(i), 0.8f), 1.6f);
+    render::PlaneMark mark;
+    mark.pointMm = centre;
+    mark.normal = n;
+    mark.line = faded(axisColour(i), 0.85f);
+    mark.dimmedToo = false;  // Strokes go onto the piece that is worked on alone.
+    build.planes.push_back(mark);
     // The rim that is highest, of a level plane that to the right.
     const Vec3d foot = i == 2 ? sheet.at(1, 0) : i == 0 ? sheet.at(0, 1) : sheet.at(1, 0);
     sheetHandles(build, sheet, {Target::Kind::symmetry, 0}, foot, axisColour(i), false);

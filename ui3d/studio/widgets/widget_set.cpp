@@ -104,8 +104,14 @@ bool WidgetSet::handle(World& world, const Grip& grip) {
       return true;
     }
     const Document document = shown(world);
-    if (drag_->follow(world, document, grip))
+    if (drag_->follow(world, document, grip)) {
       writeSubject(world, drag_->handle().target, drag_->now(), drag_->label(document), drag_->merge());
+      for (const auto& [target, start] : others_) {
+        Subject next = start;
+        drag_->handle().apply(next, drag_->handle(), drag_->change());
+        writeSubject(world, target, next, drag_->label(document), drag_->merge());
+      }
+    }
     if (!grip.down) letGo(world);
     return true;
   }
@@ -129,13 +135,31 @@ bool WidgetSet::handle(World& world, const Grip& grip) {
   return true;
 }
 
+// What is moved and turned along by a gizmo: the rest of the selection, as it is now.
+std::vector<std::pair<Target, Subject>> WidgetSet::othersThan(const World& world, const Handle& handle) {
+  std::vector<std::pair<Target, Subject>> others;
+  if (!isGizmo(handle) || handle.apply != applyRigid) return others;
+  for (const engine::Id id : world.state.selection()) {
+    const engine::Thing* thing = world.document.thing(id);
+    if (!thing || thing->locked || id == handle.target.id) continue;
+    const Target target{Target::Kind::thing, id};
+    others.emplace_back(target, readSubject(world, target));
+  }
+  return others;
+}
+
 void WidgetSet::press(World& world, const Handle& handle, const Vec3d& at, const Grip& grip) {
   Subject start =
       settling_ && settling_->target == handle.target ? settling_->subject : readSubject(world, handle.target);
   settling_.reset();
   point_.reset();
+  others_.clear();
   if (handle.target.kind == Target::Kind::thing) {
-    world.state.selected = handle.target.id;
+    if (grip.adds && !world.state.isSelected(handle.target.id))
+      world.state.toggleSelected(handle.target.id);
+    else if (!world.state.isSelected(handle.target.id))
+      world.state.selected = handle.target.id;
+    others_ = othersThan(world, handle);
     if (handle.name == "point") point_ = {handle.target.id, size_t(handle.index)};
     if (handle.name == "insert") point_ = {handle.target.id, size_t(handle.index) + 1};
   }
@@ -143,9 +167,13 @@ void WidgetSet::press(World& world, const Handle& handle, const Vec3d& at, const
 }
 
 void WidgetSet::letGo(World& world) {
-  if (drag_->changed()) {
-    // All moves of a deform box are one step.
-    if (drag_->handle().target.kind != Target::Kind::lattice) world.endMerge();
+  if (const auto* held = std::get_if<HeldScale>(&drag_->now())) {
+    world.state.scaled.reset();
+    if (held->factor != 1 && world.scale) world.scale(drag_->handle().target.id, held->factor, held->aboutMm);
+  } else if (drag_->changed()) {
+    // All moves of a deform box are one step; a plane to cut along is no step.
+    const Target::Kind kind = drag_->handle().target.kind;
+    if (kind != Target::Kind::lattice && kind != Target::Kind::cut) world.endMerge();
     std::optional<Vec3d> pivot;
     if (isGizmo(drag_->handle())) pivot = drag_->anchor();
     settling_ = Settling{drag_->handle().target, drag_->now(), pivot, world.timeS + kSettleS};
@@ -160,8 +188,11 @@ void WidgetSet::escape(World& world) {
     const size_t hand = drag_->stylus() ? 1 : 0;
     if (drag_->changed()) {
       writeSubject(world, drag_->handle().target, drag_->start(), drag_->label(world.document), drag_->merge());
+      for (const auto& [target, start] : others_)
+        writeSubject(world, target, start, drag_->label(world.document), drag_->merge());
       world.endMerge();
-      settling_ = Settling{drag_->handle().target, drag_->start(), {}, world.timeS + kSettleS};
+      if (drag_->handle().target.kind != Target::Kind::scale)
+        settling_ = Settling{drag_->handle().target, drag_->start(), {}, world.timeS + kSettleS};
     }
     drag_.reset();
     hover_[hand].reset();
@@ -243,6 +274,10 @@ bool WidgetSet::click(World& world, const Grip& grip) {
     if (all.handles[picked->index].target.kind == Target::Kind::thing) id = all.handles[picked->index].target.id;
   }
   if (id == 0 && !grip.stylus && world.pickThing) id = world.pickThing({grip.origin, grip.direction});
+  if (grip.adds) {
+    world.state.toggleSelected(id);
+    return true;
+  }
   const bool was = world.state.selected != 0;
   world.state.selected = id;
   return id != 0 || was;
@@ -297,6 +332,7 @@ void WidgetSet::draw(const World& world, render::Overlays& overlays) const {
                         std::make_move_iterator(all.fills.end()));
   overlays.polylines.insert(overlays.polylines.end(), std::make_move_iterator(all.lines.begin()),
                             std::make_move_iterator(all.lines.end()));
+  overlays.planes.insert(overlays.planes.end(), all.planes.begin(), all.planes.end());
 }
 
 std::vector<Widgets::Label> WidgetSet::labels(const World& world) const {
@@ -314,6 +350,10 @@ std::vector<Widgets::Label> WidgetSet::labels(const World& world) const {
   for (const Build::Text& text : all.texts) add(text.at, text.text, text.colour, -kLabelAside);
   if (drag_ && drag_->changed()) {
     std::string text = drag_->text();
+    if (const auto* held = std::get_if<HeldScale>(&drag_->now()); held && world.boundsOf) {
+      const Vec3d size = world.boundsOf(drag_->handle().target.id).size();
+      text += "  ·  " + lengthText(size.x()) + " × " + lengthText(size.y()) + " × " + lengthText(size.z());
+    }
     if (drag_->snap()) text += "  ·  " + drag_->snap()->text;
     add(drag_->anchor(), text, widget_colours::kHot, kLabelAside);
   } else if (!drag_) {

@@ -48,10 +48,12 @@ class WidgetSet {
   void letGo(World& world);
   void complete(World& world);
   void selectNew(World& world);
+  [[nodiscard]] static std::vector<std::pair<Target, Subject>> othersThan(const World& world, const Handle& handle);
 
   std::array<std::optional<Handle>, 2> hover_;  // Of the mouse, of the stylus.
   std::array<bool, 2> wasDown_{}, ignored_{};   // Ignored: until the button is up, after an escape.
   std::optional<Drag> drag_;
+  std::vector<std::pair<Target, Subject>> others_;  // That the drag takes along, as they were when it began.
   std::optional<Settling> settling_;
   std::optional<Placing> placing_;
   bool placedByPress_ = false;  // The click that follows was taken already.

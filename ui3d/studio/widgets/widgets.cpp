@@ -1,10 +1,36 @@
 #include "ui3d/studio/widgets/widgets.h"
 
+#include "haptics/scene/part_mesh.h"
 #include "ui3d/studio/view/camera.h"
 #include "ui3d/studio/widgets/widget_set.h"
 
 namespace argil::studio {
 namespace {
+
+// Clay by the operation, whose result is shown before it is there; a part at once, with its mesh.
+void scaleThing(const Context& context, engine::Id id, double factor, const Vec3d& aboutMm) {
+  const engine::Document& document = *context.now.document;
+  if (const engine::Piece* piece = document.piece(id)) {
+    engine::PieceArguments arguments;
+    arguments.pieces = {id};
+    auto& values = arguments.change<engine::ScaleValues>();
+    values.percent = 100 * factor;
+    values.aboutMm = aboutMm;
+    context.state.growing = GrownPiece{.piece = id, .factor = factor, .aboutMm = aboutMm, .before = piece->version};
+    context.state.grown = context.state.growing;
+    context.bench.operate("scale", arguments);
+  } else if (const engine::Part* part = document.part(id)) {
+    context.bench.edit("Scale " + part->name, [id, factor, aboutMm](engine::Document& d) {
+      engine::Part* each = d.part(id);
+      if (!each || !each->mesh) return;
+      auto mesh = std::make_shared<clay::TriangleMesh>(*each->mesh);
+      for (Vec3d& position : mesh->positions) position *= factor;
+      each->felt = std::make_shared<const haptics::PartMesh>(*mesh);
+      each->mesh = std::move(mesh);
+      each->pose.translation = aboutMm + factor * (each->pose.translation - aboutMm);
+    });
+  }
+}
 
 World worldOf(const Context& context) {
   World world(*context.now.document, context.state, ScreenMap(context.camera.view(), context.width, context.height));
@@ -31,6 +57,9 @@ World worldOf(const Context& context) {
     bench.edit(std::move(label), std::move(change), std::move(merge));
   };
   world.endMerge = [&bench] { bench.endMerge(); };
+  world.scale = [&context](engine::Id id, double factor, const Vec3d& aboutMm) {
+    scaleThing(context, id, factor, aboutMm);
+  };
   world.setWorkspace = [&bench](const haptics::Workspace& workspace) { bench.setWorkspace(workspace); };
   return world;
 }

@@ -18,6 +18,7 @@ struct Grip {
   bool down = false;       ///< Button held.
   bool snapOff = false;    ///< A key held: no snapping for the moment.
   bool constrain = false;  ///< A key held: steps of 15° and of whole grid lines.
+  bool adds = false;       ///< A key held: what is clicked joins the selection, or leaves it.
 };
 
 /// Draws and moves widgets. One thread.
@@ -38,8 +39,9 @@ class Widgets {
   /// Delete: the point of a curve that was dragged last; while placing, the last point. False when there was none.
   bool removePoint(Context& context);
   [[nodiscard]] bool held() const;
-  /// A click for which handle() was false: selects the thing under the ray, or nothing any more. While something is
-  /// placed handle() follows the presses itself; a click that comes without one adds a point. True when it was used.
+  /// A click for which handle() was false: selects the thing under the ray, adds it (Grip::adds), or selects nothing
+  /// any more. While something is placed handle() follows the presses itself; a click that comes without one adds a
+  /// point. True when it was used.
   bool click(Context& context, const Grip& grip);
   /// Begins to place a new guide: "plane", "line", "point", "curve", "box", "ruler", "angle", "thickness" (a ruler
   /// through the clay). How: placing.h. It is selected once it is there. Nothing for another kind.

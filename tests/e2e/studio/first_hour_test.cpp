@@ -1,0 +1,211 @@
+// What a new user tries in the first hour, by real mouse and keys.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "tests/e2e/hand/clay_on_screen.h"
+
+namespace argil::tests {
+namespace {
+
+class FirstHour : public ClayOnScreen {
+ protected:
+  Json settings() const { return Json::parse(slurp(scratch_ / "argil" / "studio.json"), nullptr, false); }
+  /// The command line without the word "studio".
+  static std::vector<std::string> bare(const std::vector<std::string>& more) {
+    std::vector<std::string> words = arguments(more);
+    words.erase(words.begin());
+    return words;
+  }
+};
+
+TEST_P(FirstHour, AFileAloneOpensItsWindow) {
+  const std::string file = block();
+  {
+    RunningStudio studio(bare({file}), scratch_.path());
+    Person person(studio);
+    seesClay(person);
+    person.close();
+    EXPECT_EQ(studio.wait(60), 0) << studio.said();
+  }
+  for (const std::string missing : {"nothing.argil", "./nothing", "folder/nothing"}) {
+    const Outcome o = argil({missing});
+    EXPECT_EQ(o.code, 2) << missing;
+    EXPECT_NE(o.err.find("there is no such file"), std::string::npos) << o.err;
+  }
+  const Outcome verb = argil({"convrt"});
+  EXPECT_EQ(verb.code, 2);
+  EXPECT_EQ(verb.err.find("no such file"), std::string::npos) << "a verb that is mistyped is no file: " << verb.err;
+}
+
+TEST_P(FirstHour, AThemeOfTheCommandLineIsForOneStart) {
+  const auto ground = [](const render::Image& image) {
+    const uint8_t* p = image.pixel(image.width / 2, 5);  // The menu.
+    return int(p[0]) + p[1] + p[2];
+  };
+  int own = 0;
+  {
+    RunningStudio studio(arguments(), scratch_.path());
+    Person person(studio);
+    own = ground(person.settled());
+    person.close();
+    ASSERT_EQ(studio.wait(60), 0) << studio.said();
+  }
+  {
+    RunningStudio studio(arguments({"--theme", "light"}), scratch_.path());
+    Person person(studio);
+    EXPECT_GT(ground(person.shot("theme-light")), own + 200);
+    person.close();
+    ASSERT_EQ(studio.wait(60), 0) << studio.said();
+  }
+  EXPECT_EQ(settings()["theme"], "dark");
+  RunningStudio studio(arguments(), scratch_.path());
+  Person person(studio);
+  EXPECT_NEAR(ground(person.settled()), own, 30);
+}
+
+// F held, then a drag with the button: the ring grows, the clay stays.
+TEST_P(FirstHour, FAndADragSizeTheToolAndLeaveTheClay) {
+  const std::string file = block();
+  RunningStudio studio(arguments({file}), scratch_.path());
+  Person person(studio);
+  seesClay(person);
+  const double x = middleX(), y = middleY();
+  const Saved before = saved();
+  person.key("a");
+  const auto grown = [&] {
+    person.drag({{x - 60, y - 50}, {x + 60, y - 60}});
+    offTheClay(person);
+    const Saved now = otherClay(person, before);
+    person.key("ctrl+z");
+    person.ready();
+    return now.volume - before.volume;
+  };
+  const double small = grown();
+  for (const double side : {1.0, -1.0}) {
+    person.move(x - 40 * side, y - 50);
+    person.ready();
+    person.keyDown("f");
+    person.drag({{x - 40 * side, y - 50}, {x + 40 * side, y - 50}});
+    person.keyUp("f");
+    person.ready();
+    person.shot("size-by-f");
+    offTheClay(person);
+    person.key("ctrl+s");
+    (void)person.settled();
+    EXPECT_TRUE(saved() == before) << "nothing was carved";
+    if (side > 0) {
+      EXPECT_GT(grown(), 1.5 * small) << "80 units to the right: e^0.5 times as large";
+    } else {
+      EXPECT_NEAR(grown() / small, 1, 0.25) << "and back";
+    }
+  }
+}
+
+// T, then a drag of the ring's upper right square: the piece is larger, by an exact operation of its own step.
+TEST_P(FirstHour, TScalesThePiece) {
+  const std::string file = block();
+  RunningStudio studio(arguments({file}), scratch_.path());
+  Person person(studio);
+  seesClay(person);
+  const Saved before = saved();
+  person.key("f4");
+  person.ready();
+  person.key("f4");
+  person.ready();
+  const double x = middleX(), y = middleY();
+  person.keyDown("ctrl");
+  person.keyUp("ctrl");
+  byPalette(person, "materials");  // Selects the piece that is worked on.
+  person.key("t");
+  const render::Image handles = person.shot("scale-handles");
+  // White squares on a ring of 50 units around the piece's middle.
+  double best = 0;
+  std::array<double, 2> square{x + 35, y - 35};
+  for (double at = 20; at < 60; at += 1) {
+    double white = 0;
+    for (int dy = -3; dy <= 3; ++dy)
+      for (int dx = -3; dx <= 3; ++dx) {
+        const uint8_t* p = handles.pixel(int(x + at) + dx, int(y - at) + dy);
+        white += p[0] > 235 && p[1] > 235 && p[2] > 235;
+      }
+    if (white > best) best = white, square = {x + at, y - at};
+  }
+  ASSERT_GT(best, 20) << "no handle is seen";
+  person.drag({square, {square[0] + 35, square[1] - 35}});
+  person.shot("scaled");
+  const Saved now = otherClay(person, before);
+  EXPECT_GT(now.volume, 2 * before.volume);
+  EXPECT_EQ(now.steps, before.steps + 1);
+}
+
+// The plane is seen with what goes, and moves by its arrow; Enter cuts.
+TEST_P(FirstHour, ACutByPlaneIsSeenBeforeItIsDone) {
+  const std::string file = block();
+  RunningStudio studio(arguments({file}), scratch_.path());
+  Person person(studio);
+  seesClay(person);
+  const Saved before = saved();
+  const render::Image whole = person.settled();
+  const auto red = [](const render::Image& image) {
+    size_t count = 0;
+    for (int y = 100; y < 600; y += 2)
+      for (int x = 390; x < 940; x += 2) {
+        const uint8_t* p = image.pixel(x, y);
+        count += p[0] > 110 && p[0] > 2 * p[1] && p[0] > 2 * p[2];
+      }
+    return count;
+  };
+  ASSERT_LT(red(whole), 100u);
+  byPalette(person, "cut by plane");
+  offTheClay(person);
+  const render::Image half = person.shot("plane-half");
+  EXPECT_GT(red(half), 2000u) << "what goes is red";
+  person.key("tab");
+  const render::Image other = person.shot("plane-other-half");
+  EXPECT_GT(difference(part(half, 390, 100, 940, 600), part(other, 390, 100, 940, 600)), 0.05);
+  person.key("escape");
+  person.ready();
+  EXPECT_LT(red(person.settled()), 100u);
+  person.key("ctrl+s");
+  (void)person.settled();
+  EXPECT_TRUE(saved() == before) << "given up";
+  byPalette(person, "cut by plane");
+  person.key("enter");
+  const Saved now = otherClay(person, before);
+  EXPECT_NEAR(now.volume, before.volume / 2, 0.03 * before.volume);
+  person.shot("plane-cut");
+}
+
+// Two windows with one file: each says so, and the one that comes too late says why it asks for another name.
+TEST_P(FirstHour, ASecondWindowOnOneFileIsToldOfInBoth) {
+  const std::string file = block();
+  RunningStudio first(arguments({file}), scratch_.path());
+  Person one(first);
+  seesClay(one);
+  const auto warned = [](const render::Image& image) {  // The status line's right end, in the colour of warnings.
+    size_t count = 0;
+    for (int y = image.height - 24; y < image.height - 2; ++y)
+      for (int x = image.width / 2; x < image.width - 4; ++x) {
+        const uint8_t* p = image.pixel(x, y);
+        count += p[0] > 150 && p[0] > p[2] + 60;
+      }
+    return count;
+  };
+  EXPECT_EQ(warned(one.settled()), 0u);
+  {
+    // Its window cannot be told from the first by this person: it is looked at by the first alone.
+    RunningStudio second(arguments({file}), scratch_.path());
+    for (int i = 0; i < 60 && warned(one.settled()) == 0; ++i) one.pause(0.5);
+    EXPECT_GT(warned(one.shot("two-windows")), 20u) << "the first says nothing";
+  }
+  for (int i = 0; i < 60 && warned(one.settled()) > 0; ++i) one.pause(0.5);
+  EXPECT_EQ(warned(one.settled()), 0u) << "the other is gone";
+}
+
+INSTANTIATE_TEST_SUITE_P(Sizes, FirstHour, ::testing::Values(kSmallScreen), nameOf);
+
+}  // namespace
+}  // namespace argil::tests
