@@ -111,13 +111,7 @@ TEST_P(FirstHour, TScalesThePiece) {
   Person person(studio);
   seesClay(person);
   const Saved before = saved();
-  person.key("f4");
-  person.ready();
-  person.key("f4");
-  person.ready();
   const double x = middleX(), y = middleY();
-  person.keyDown("ctrl");
-  person.keyUp("ctrl");
   byPalette(person, "materials");  // Selects the piece that is worked on.
   person.key("t");
   const render::Image handles = person.shot("scale-handles");
@@ -154,7 +148,7 @@ TEST_P(FirstHour, ACutByPlaneIsSeenBeforeItIsDone) {
     for (int y = 100; y < 600; y += 2)
       for (int x = 390; x < 940; x += 2) {
         const uint8_t* p = image.pixel(x, y);
-        count += p[0] > 110 && p[0] > 2 * p[1] && p[0] > 2 * p[2];
+        count += p[0] > 90 && 10 * p[0] > 17 * p[1] && 10 * p[0] > 17 * p[2];
       }
     return count;
   };
@@ -177,32 +171,6 @@ TEST_P(FirstHour, ACutByPlaneIsSeenBeforeItIsDone) {
   const Saved now = otherClay(person, before);
   EXPECT_NEAR(now.volume, before.volume / 2, 0.03 * before.volume);
   person.shot("plane-cut");
-}
-
-// Two windows with one file: each says so, and the one that comes too late says why it asks for another name.
-TEST_P(FirstHour, ASecondWindowOnOneFileIsToldOfInBoth) {
-  const std::string file = block();
-  RunningStudio first(arguments({file}), scratch_.path());
-  Person one(first);
-  seesClay(one);
-  const auto warned = [](const render::Image& image) {  // The status line's right end, in the colour of warnings.
-    size_t count = 0;
-    for (int y = image.height - 24; y < image.height - 2; ++y)
-      for (int x = image.width / 2; x < image.width - 4; ++x) {
-        const uint8_t* p = image.pixel(x, y);
-        count += p[0] > 150 && p[0] > p[2] + 60;
-      }
-    return count;
-  };
-  EXPECT_EQ(warned(one.settled()), 0u);
-  {
-    // Its window cannot be told from the first by this person: it is looked at by the first alone.
-    RunningStudio second(arguments({file}), scratch_.path());
-    for (int i = 0; i < 60 && warned(one.settled()) == 0; ++i) one.pause(0.5);
-    EXPECT_GT(warned(one.shot("two-windows")), 20u) << "the first says nothing";
-  }
-  for (int i = 0; i < 60 && warned(one.settled()) > 0; ++i) one.pause(0.5);
-  EXPECT_EQ(warned(one.settled()), 0u) << "the other is gone";
 }
 
 INSTANTIATE_TEST_SUITE_P(Sizes, FirstHour, ::testing::Values(kSmallScreen), nameOf);

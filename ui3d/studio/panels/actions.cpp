@@ -583,7 +583,8 @@ void eachWord(Text text, const What& what) {
   }
 }
 
-// How well a typed word is met by one of the synonyms: a whole one nearly as well as by a name, a beginning less.
+// How well a typed word is met by one of the synonyms: by a whole one half as well as by a name, by a beginning a
+// quarter.
 int matchSynonym(Text typed, Text synonyms) {
   constexpr size_t kLeast = 2;  // Letters of a beginning.
   int best = 0;
@@ -592,9 +593,9 @@ int matchSynonym(Text typed, Text synonyms) {
         !std::equal(typed.begin(), typed.end(), word.begin(), [](char a, char b) { return small(a) == b; }))
       return;
     if (typed.size() == word.size())
-      best = std::max(best, 4 * match(typed, word) - 1);
-    else if (typed.size() >= kLeast)
       best = std::max(best, 2 * match(typed, word));
+    else if (typed.size() >= kLeast)
+      best = std::max(best, match(typed, word));
   });
   return best;
 }
