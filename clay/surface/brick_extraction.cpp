@@ -285,8 +285,10 @@ void extractVertices(Sampler& field, const Coord& brick, const BrickInput& input
   }
   table.vertices = static_cast<uint16_t>(vertices);
   table.specials = {out.specials.data(), specials};
-  if (flags != 0) crispVertices(field, brick, creases, wantNormals, grade, out);
-  if (grade == Grade::fine && mayHoldCrease(corners, cells, count)) sharpenVertices(field, brick, wantNormals, out);
+  PlacedVertices placed;
+  if (flags != 0) crispVertices(field, brick, creases, wantNormals, grade, out, placed);
+  if (grade == Grade::fine && mayHoldCrease(corners, cells, count))
+    sharpenVertices(field, brick, wantNormals, placed, out);
 }
 
 void extractQuads(const BrickSigns& signs, const std::array<VertexSource, 8>& sources, ExtractionBuffer& out) {

@@ -36,6 +36,9 @@ constexpr CrispRule kByFlat{.most = kFlat, .blurred = kBlurred, .share = kFlatSh
     kByCurved{.most = kCurvedPlane, .blurred = kBlurred, .share = 0, .least = 3},
     kByAll{.most = kCurvedPlane, .blurred = 0, .share = 0, .least = 1};
 
+// The squared sum of the unit normals of faces that meet at 80°.
+constexpr float kAcute = 1.65f;
+
 constexpr int kAround = BrickSurroundings::kMargin, kCells = BrickSurroundings::kCells;
 
 // The rows around a cell's from two lower along x and y, and the bits of their cells from −2 to 2 along z whose steps
@@ -266,11 +269,11 @@ class Placement {
   }
 
   // After the last.
-  void finish() {
-    place();
-    std::sort(brick_.sharp.begin(), brick_.sharp.begin() + static_cast<std::ptrdiff_t>(sharp_));
-    brick_.table.sharp = {brick_.sharp.data(), sharp_};
-  }
+  void finish() { place(); }
+
+  // Vertices on creases; cells whose crease is too sharp or too tangled for planes.
+  [[nodiscard]] const PlacedVertices& sharp() const { return onCrease_; }
+  [[nodiscard]] const RimCells& hard() const { return hard_; }
 
  private:
   static constexpr size_t kAtOnce = 64;
@@ -290,13 +293,30 @@ class Placement {
     if (!curvedAlone_) atCorners();
     for (const Suspect& s : suspects()) {
       const CreaseVertex& found = s.found;
+      if (isHard(s)) hard_.set(s.cell);
       if (found.kind == CreaseVertex::Kind::none) continue;
       if (curvedAlone_ && (!s.curved || found.kind != CreaseVertex::Kind::edge)) continue;
       brick_.positions[s.vertex] = found.position;
-      if (found.kind != CreaseVertex::Kind::face) brick_.sharp[sharp_++] = s.vertex;
+      if (found.kind != CreaseVertex::Kind::face) onCrease_.set(s.vertex);
       if (wantNormals_) brick_.normals[s.vertex] = found.packedNormal();
     }
     count_ = 0;
+  }
+
+  // In an acute wedge, at a corner, or where two faces are there and do not explain the cell.
+  [[nodiscard]] bool isHard(const Suspect& s) const {
+    switch (s.found.kind) {
+      case CreaseVertex::Kind::none:
+        return s.kinked;
+      case CreaseVertex::Kind::corner:
+        return true;
+      case CreaseVertex::Kind::edge:
+        if (s.found.normal.squaredNorm() < kAcute) return true;
+        [[fallthrough]];
+      case CreaseVertex::Kind::face:
+        return !s.explained;
+    }
+    return false;
   }
 
   void byTwoFaces() {
@@ -416,7 +436,9 @@ class Placement {
   const CrossedCells& crossed_;
   const bool wantNormals_, curvedAlone_;
   ExtractionBuffer& brick_;
-  size_t count_ = 0, sharp_ = 0;
+  size_t count_ = 0;
+  PlacedVertices onCrease_;
+  RimCells hard_;
   std::array<Suspect, kAtOnce> suspects_;
   CrispCells cells_;
   std::array<Suspect*, kCrispCells> asked_;
@@ -425,28 +447,39 @@ class Placement {
 }  // namespace
 
 void crispVertices(Sampler& field, Coord brick, const CreaseCells& cells, bool wantNormals, Grade grade,
-                   ExtractionBuffer& out) {
+                   ExtractionBuffer& out, PlacedVertices& placed) {
   const Suspects suspects(field, brick, cells, out.table.readsBeyond);
   if (!suspects.any()) return;
-  const BrickSurroundings::Range range = suspects.range();
-  BrickSurroundings around;
-  around.read(field, brick, range);
-  const CrossedCells crossed(around, range);
-  Placement placement(around, crossed, wantNormals, grade, out);
+  std::array<RimSuspect, ExtractionBuffer::kMostVertices> list;
+  size_t count = 0;
   auto special = out.table.specials.begin();
   for (int k = 0; k < cells.count; ++k) {
     const uint16_t cell = cells.cells[k];
-    if (!suspects.has(cell)) continue;
     while (special != out.table.specials.end() && special->cell < cell) ++special;
     const bool several = special != out.table.specials.end() && special->cell == cell;
     const CellCases& cases = cellCases();
     const CellCase& c = (several && special->joined ? cases.joined : cases.separated)[cells.patterns[k]];
     for (int loop = 0; loop < (several ? c.loops : 1); ++loop) {
       const int vertex = loop == 0 ? k : special->extraFirst + loop - 1;
-      placement.add(static_cast<uint16_t>(vertex), cell, several ? c.edgesOf(loop) : c.edges);
+      list[count++] = {static_cast<uint16_t>(vertex), cell, several ? c.edgesOf(loop) : c.edges, suspects.has(cell)};
     }
   }
+  const BrickSurroundings::Range range = suspects.range();
+  BrickSurroundings around;
+  around.read(field, brick, range);
+  const CrossedCells crossed(around, range);
+  Placement placement(around, crossed, wantNormals, grade, out);
+  for (size_t i = 0; i < count; ++i)
+    if (list[i].kinked) placement.add(list[i].vertex, list[i].cell, list[i].edges);
   placement.finish();
+  PlacedVertices sharp = placement.sharp();
+  RimCells hard = placement.hard();
+  if (grade == Grade::fine) hard.set();
+  if (hard.any()) placeOnRims(field, brick, {list.data(), count}, hard, wantNormals, out, placed, sharp);
+  size_t onCrease = 0;
+  for (size_t i = 0; i < out.table.vertices; ++i)
+    if (sharp[i]) out.sharp[onCrease++] = static_cast<uint16_t>(i);
+  out.table.sharp = {out.sharp.data(), onCrease};
 }
 
 }  // namespace argil::clay

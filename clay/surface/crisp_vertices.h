@@ -5,6 +5,7 @@
 
 #include "clay/store/sampler.h"
 #include "clay/surface/brick_extraction.h"
+#include "clay/surface/rim_vertices.h"
 
 namespace argil::clay {
 
@@ -24,6 +25,6 @@ struct CreaseCells {
 /// where other bricks were read. For the fine grade only vertices that come onto a crease between faces of which one
 /// turns are moved. Equal bits everywhere. About half a microsecond a cell. Method: crisp_edges.md.
 void crispVertices(Sampler& field, Coord brick, const CreaseCells& cells, bool wantNormals, Grade grade,
-                   ExtractionBuffer& out);
+                   ExtractionBuffer& out, PlacedVertices& placed);
 
 }  // namespace argil::clay

@@ -60,7 +60,8 @@ bool mayHoldCrease(const float* corners, const uint16_t* cells, int count) noexc
   return false;
 }
 
-void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, ExtractionBuffer& out) {
+void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, const PlacedVertices& placed,
+                     ExtractionBuffer& out) {
   CellTable& table = out.table;
   std::bitset<ExtractionBuffer::kMostVertices> curved;
   for (const uint16_t index : table.sharp) curved.set(index);
@@ -93,7 +94,7 @@ void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, ExtractionBu
       bool gathered = false;
       for (int loop = 0; loop < loops; ++loop) {
         const size_t index = loop == 0 ? rank : several->extraFirst + static_cast<size_t>(loop) - 1;
-        if (!bent) {
+        if (!bent || placed[index]) {
           if (curved[index]) out.sharp[sharp++] = static_cast<uint16_t>(index);
           continue;
         }

@@ -7,6 +7,7 @@
 
 #include "clay/store/sampler.h"
 #include "clay/surface/brick_extraction.h"
+#include "clay/surface/rim_vertices.h"
 
 namespace argil::clay {
 
@@ -24,7 +25,8 @@ inline constexpr float kSharpReach = 1.0f;
 /// `wantNormals` a moved vertex gets the mean normal of its faces. Scalar arithmetic in a fixed order: equal bits
 /// everywhere. 1 to 2 µs for each cell near a crease. Where flat faces do not explain a cell, a vertex that is listed
 /// before (crispVertices) stays as it is. Method: sharp_features.md.
-void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, ExtractionBuffer& out);
+void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, const PlacedVertices& placed,
+                     ExtractionBuffer& out);
 
 /// Turns quads, as extractQuads makes them, so that they are split along creases: between two opposite sharp vertices,
 /// which the other diagonal would cut off; of three sharp ones through the middle one, or a triangle would lie along

@@ -42,7 +42,7 @@ struct BrickMesh {
   Coord brick;                ///< Brick coordinate; positions are relative to voxel brick · 8.
   uint64_t serial = 0;        ///< Names this content for good within its Surface.
   uint64_t vertexSerial = 0;  ///< The same for positions and normals: meshes that share it differ in quads alone.
-  std::span<const Vec3f> positions;       ///< In voxels, 0 to 8 along each axis; up to 0.5 beyond if crisp, 1 if fine.
+  std::span<const Vec3f> positions;       ///< In voxels, 0 to 8 along each axis; by kVertexReach beyond on creases.
   std::span<const PackedNormal> normals;  ///< One a vertex, from the field, outwards; empty when not asked for.
   std::span<const std::array<VertexRef, 4>> quads;  ///< Counter-clockwise from outside; split along corners 0 and 2.
 };

@@ -43,13 +43,14 @@ struct Differing {
     return bits(all) | bits(d[0]) << 4;
   }
 
-  // Bit i: some are no farther from the brick at kAroundSteps[i] than its vertices may look: two layers of a lower
-  // brick, three of a higher one.
+  // Bit i: some are no farther from the brick at kAroundSteps[i] than its vertices may look: four layers of a lower
+  // brick, five of a higher one.
   [[nodiscard]] uint32_t around() const {
     constexpr uint64_t kAll = ~uint64_t{0};
-    constexpr uint64_t kY[3] = {0xffffff, kAll, uint64_t{0xffff} << 48}, kZ[3] = {7 * kLowZ, kAll, 0xc0 * kLowZ};
-    const uint64_t lower = d[0] | d[1] | d[2], upper = d[6] | d[7],
-                   sides[3] = {lower, lower | d[3] | d[4] | d[5] | upper, upper};
+    constexpr uint64_t kY[3] = {0xffffffffff, kAll, uint64_t{0xffffffff} << 32},
+                       kZ[3] = {0x1f * kLowZ, kAll, 0xf0 * kLowZ};
+    const uint64_t lower = d[0] | d[1] | d[2] | d[3] | d[4], upper = d[4] | d[5] | d[6] | d[7],
+                   sides[3] = {lower, lower | upper, upper};
     uint32_t found = 0;
     for (size_t i = 0; i < kBricksAround; ++i) {
       const Coord step = kAroundSteps[i];

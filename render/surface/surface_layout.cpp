@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "clay/base/error.h"
-#include "clay/surface/sharp_vertices.h"
+#include "clay/surface/rim_vertices.h"
 #include "render/surface/chunk_works.h"
 
 namespace argil::render {
@@ -453,9 +453,9 @@ void SurfaceLayout::updateDraws(const Works& works, const Exchange& exchange) {
     draw.chunk = coord;
     // What is there for the first time does not wait for its levels.
     draw.changedIn = isNew ? picture_ - kRestPictures : picture_;
-    // A quad reaches one cell into the bricks below its own, a fine vertex out of its cell.
-    draw.min = (lo * clay::kBrickEdge).toVec3d() - Vec3d::Constant(1 + clay::kSharpReach);
-    draw.max = (hi * clay::kBrickEdge).toVec3d() + Vec3d::Constant(clay::kBrickEdge + clay::kSharpReach);
+    // A quad reaches one cell into the bricks below its own, a vertex on a crease out of its cell.
+    draw.min = (lo * clay::kBrickEdge).toVec3d() - Vec3d::Constant(1 + clay::kVertexReach);
+    draw.max = (hi * clay::kBrickEdge).toVec3d() + Vec3d::Constant(clay::kBrickEdge + clay::kVertexReach);
     draw.levels[0] = {chunk.firstQuad * kIndicesPerQuad, chunk.quads.end() * kIndicesPerQuad, 2 * quads, true};
   }
   loose_ = Box();

@@ -4,14 +4,14 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "clay/surface/sharp_vertices.h"
+#include "clay/surface/rim_vertices.h"
 
 namespace argil::render {
 namespace {
 
 constexpr uint16_t kNone = UINT16_MAX;
-/// Fine vertices stand up to clay::kSharpReach outside of their cell.
-static_assert(kLastLayerUnits == int32_t((clay::kBrickEdge - 1 - clay::kSharpReach) * kUnitsPerVoxel));
+/// Vertices on creases stand up to clay::kVertexReach outside of their cell.
+static_assert(kLastLayerUnits == int32_t((clay::kBrickEdge - 1 - clay::kVertexReach) * kUnitsPerVoxel));
 
 /// Of the vertices in one group of cells: those on one side along the axis that most of them face along, so that a thin
 /// wall does not collapse and each side keeps its light.
@@ -47,7 +47,7 @@ constexpr float kWidest = 0.05f;
 
 Units inUnits(const Vec3f& voxels) {
   // The nearest unit. Added to a number above zero, since then dropping the fraction rounds down, in one instruction.
-  constexpr int kAbove = 2 * clay::kBrickEdge;  // vertices stand at most a voxel outside of their brick
+  constexpr int kAbove = 2 * clay::kBrickEdge;  // no vertex stands so far outside of its brick
   const auto one = [](float voxel) {
     return int32_t(double(voxel) * kUnitsPerVoxel + (kAbove * double(kUnitsPerVoxel) + 0.5)) - kAbove * kUnitsPerVoxel;
   };

@@ -20,14 +20,14 @@ inline constexpr int kLevels = int(kGroupCells.size());
 /// bits.
 inline constexpr int kUnitsPerVoxel = 1 << 14;
 using Units = std::array<int32_t, 3>;
-/// The nearest units of a place in a brick, or at most a voxel outside of it.
+/// The nearest units of a place in a brick, or less than two bricks outside of it.
 [[nodiscard]] Units inUnits(const Vec3f& voxels);
 /// Vertices of a brick's last layer of cells lie behind this.
-inline constexpr int32_t kLastLayerUnits = 6 * kUnitsPerVoxel;
+inline constexpr int32_t kLastLayerUnits = 7 * kUnitsPerVoxel / 2;
 
 /// The vertex that stands for each vertex of `mesh` at `level` (1 to 4): of those in one group of cells that face the
 /// same half, the one nearest to their mean. Vertices that may belong to the brick's last layer of cells along an axis
-/// of `locked` (bits x, y, z), fine ones of it lie up to a voxel before that layer, stand for themselves. Depends on
+/// of `locked` (bits x, y, z) stand for themselves; on creases they lie up to clay::kVertexReach before that layer. Depends on
 /// the mesh alone, by whole numbers: shaders/level_stand.comp finds the same. The mesh has normals. About 30 ns a
 /// vertex.
 void representatives(const clay::BrickMesh& mesh, int level, unsigned locked, std::vector<uint16_t>& out);

@@ -4,7 +4,7 @@
 
 #include "clay/brush/brush.h"
 #include "clay/mesh/mesh_topology.h"
-#include "clay/surface/sharp_vertices.h"
+#include "clay/surface/rim_vertices.h"
 #include "tests/support/simd_targets.h"
 #include "tests/unit/clay/sharp_shapes.h"
 
@@ -168,9 +168,9 @@ TEST_P(CreaseGrades, RandomFieldsKeepTheirVerticesNearTheirCells) {
         ASSERT_TRUE(other->positions[i].allFinite());
         // The draft's is in the cell.
         for (int axis = 0; axis < 3; ++axis) {
-          ASSERT_GE(other->positions[i][axis], std::floor(mesh.positions[i][axis] - 1e-4f) - kSharpReach - 1e-3f)
+          ASSERT_GE(other->positions[i][axis], std::floor(mesh.positions[i][axis] - 1e-4f) - kVertexReach - 1e-3f)
               << "seed " << seed << " field " << field;
-          ASSERT_LE(other->positions[i][axis], std::ceil(mesh.positions[i][axis] + 1e-4f) + kSharpReach + 1e-3f)
+          ASSERT_LE(other->positions[i][axis], std::ceil(mesh.positions[i][axis] + 1e-4f) + kVertexReach + 1e-3f)
               << "seed " << seed << " field " << field;
         }
       }

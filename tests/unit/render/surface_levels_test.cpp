@@ -7,7 +7,7 @@
 
 #include "clay/field/primitives.h"
 #include "clay/store/store.h"
-#include "clay/surface/sharp_vertices.h"
+#include "clay/surface/rim_vertices.h"
 #include "render/surface/surface_layout.h"
 #include "tests/unit/clay/sharp_shapes.h"
 #include "tests/unit/render/field_surface.h"
@@ -153,7 +153,7 @@ TEST_F(FineLevels, StayClosedAcrossChunksAndWithinTheirBoxes) {
       ASSERT_GE((p - draw.min).minCoeff(), 0);
       ASSERT_GE((draw.max - p).minCoeff(), 0);
       beyond +=
-          (p - draw.min).minCoeff() < clay::kSharpReach - 1e-3 || (draw.max - p).minCoeff() < clay::kSharpReach - 1e-3;
+          (p - draw.min).minCoeff() < clay::kVertexReach - 1e-3 || (draw.max - p).minCoeff() < clay::kVertexReach - 1e-3;
     }
   }
   EXPECT_GT(beyond, 0u);
