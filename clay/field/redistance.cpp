@@ -6,6 +6,7 @@
 
 #include "clay/field/jacobi_solver.h"
 #include "clay/field/renewal.h"
+#include "clay/field/settle.h"
 #include "clay/store/brick_margins.h"
 
 namespace argil::clay {
@@ -55,7 +56,7 @@ namespace {
 
 std::vector<SettledBrick> solve(const Sampler& before, Editor& editor, std::span<const Coord> coords,
                                 std::span<const Renew> renew, std::span<const uint8_t> wanted, int threads,
-                                const Redistancing& options) {
+                                const Redistancing& options, const StandsTest* stands = nullptr) {
   const bool masks = editor.has(Channel::mask);
   const float band = editor.grid().band;
   std::vector<Slot> sources(coords.size());
@@ -87,13 +88,13 @@ std::vector<SettledBrick> solve(const Sampler& before, Editor& editor, std::span
     BrickValues room;
     const float most = options.toleranceOf(renew.empty() ? Renew::none : renew[i]);
     const BrickValues& old = sources[i].values(room, band);
-    if (!options.stands) return settleDistance(old, solver.values(i), band, most, brick);
+    if (stands == nullptr) return settleDistance(old, solver.values(i), band, most, brick);
     float solved[kBrickVoxels];
     for (int v = 0; v < kBrickVoxels; ++v) {
       const float size = std::abs(old[v]);
       solved[v] = solver.values(i)[v];
       if (solved[v] - size < most) continue;
-      if (options.stands(coords[i] * kBrickEdge + Coord{v >> 6, (v >> 3) & 7, v & 7}, old[v])) solved[v] = size;
+      if ((*stands)(coords[i] * kBrickEdge + Coord{v >> 6, (v >> 3) & 7, v & 7}, old[v])) solved[v] = size;
     }
     return settleDistance(old, solved, band, most, brick);
   });
@@ -178,6 +179,17 @@ std::vector<Coord> redistance(Editor& editor, std::span<const Coord> coords, std
   for (const RedistancePart& part :
        redistanceParts({coords.begin(), coords.end()}, {renew.begin(), renew.end()}, editor.grid().band, how)) {
     const std::vector<SettledBrick> now = redistancePart(Sampler(editor), editor, part, threads, how);
+    settled.insert(settled.end(), now.begin(), now.end());
+  }
+  return linkSettled(editor, settled);
+}
+
+std::vector<Coord> redistanceUnless(Editor& editor, std::span<const Coord> coords, float tolerance,
+                                    const StandsTest& stands) {
+  std::vector<SettledBrick> settled;
+  const Redistancing how{.tolerance = tolerance};
+  for (const RedistancePart& part : redistanceParts({coords.begin(), coords.end()}, {}, editor.grid().band, how)) {
+    const auto now = solve(Sampler(editor), editor, part.bricks, {}, part.wanted, 1, how, &stands);
     settled.insert(settled.end(), now.begin(), now.end());
   }
   return linkSettled(editor, settled);

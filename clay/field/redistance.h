@@ -1,7 +1,6 @@
 #pragma once
 // Makes a field that an edit left as a bound into a distance again, where the edit was.
 
-#include <functional>
 #include <span>
 #include <vector>
 
@@ -15,9 +14,9 @@ namespace argil::clay {
 /// Voxels. Below it an old value stands: it is often exact where the first-order solution is not, and the second call
 /// on the same field changes nothing.
 inline constexpr float kRedistanceTolerance = 0.1f;
-/// Voxels. What the first-order solution may exceed an exact distance by beside an edge or a corner: √½ + √⅓ where a
-/// block's corner lies on a voxel. With it exact values stand, and values that no surface near supports go.
-inline constexpr float kExactTolerance = 1.3f;
+/// Voxels. What the first-order solution may exceed an exact distance by beside an edge: with it exact values stand,
+/// and values that no surface near supports go.
+inline constexpr float kExactTolerance = 1.25f;
 
 /// Redistances the bricks `coords` (sorted, each once) from the sign changes that they hold, with the field around them
 /// as boundary. Voxels beside a sign change keep their bits, so the surface does not move; others keep theirs too where
@@ -49,9 +48,6 @@ struct Redistancing {
   /// More bricks are solved part by part, each with those around it from which something may come, so that memory (5 KB
   /// a brick) does not follow their count.
   size_t atOnce = kSolvedAtOnce;
-  /// Asked for a voxel whose old value, which is given, the solution exceeds by the tolerance: does it stand? Then it
-  /// does. None: it does not. Called from one thread.
-  std::function<bool(Coord voxel, float old)> stands = nullptr;
   [[nodiscard]] int passesOf(float band) const;
   [[nodiscard]] float toleranceOf(Renew renew) const;
 };

@@ -214,7 +214,7 @@ void dropWithoutSurface(Editor& editor, const std::vector<Coord>& coords) {
 }
 
 void redistanceAll(Editor& editor, std::vector<Coord> coords, const WorkPart& part, float tolerance,
-                   const std::function<bool(Coord, float)>& stands) {
+                   const StandsTest& stands) {
   std::sort(coords.begin(), coords.end());
   dropWithoutSurface(editor, coords);
   std::erase_if(coords, [&](Coord c) { return !editor.find(c).brick(); });
@@ -224,8 +224,11 @@ void redistanceAll(Editor& editor, std::vector<Coord> coords, const WorkPart& pa
   for (int round = 0; round < rounds; ++round)
     for (size_t from = 0; from < coords.size(); from += kRedistanceAtOnce) {
       part.step((static_cast<double>(from) + static_cast<double>(coords.size()) * round) / all);
-      redistance(editor, std::span(coords).subspan(from, std::min(kRedistanceAtOnce, coords.size() - from)), {}, 1,
-                 {.tolerance = tolerance, .stands = stands});
+      const auto some = std::span(coords).subspan(from, std::min(kRedistanceAtOnce, coords.size() - from));
+      if (stands)
+        redistanceUnless(editor, some, tolerance, stands);
+      else
+        redistance(editor, some, {}, 1, {.tolerance = tolerance});
     }
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 // What an operation on a whole piece ends with: distances again, and channels in the band alone.
 
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -38,10 +39,16 @@ void keepChannels(Editor& editor, const Version& from);
 
 /// Bricks of `coords` without a sign change in themselves or a neighbour become tiles: a band is no wider than a brick.
 void dropWithoutSurface(Editor& editor, const std::vector<Coord>& coords);
+/// Asked for a voxel whose old value, which is given, the solution exceeds by the tolerance: is it a distance to a
+/// surface? Then it stays. From one thread.
+using StandsTest = std::function<bool(Coord voxel, float old)>;
+/// redistance() on one thread that keeps what stands.
+std::vector<Coord> redistanceUnless(Editor& editor, std::span<const Coord> coords, float tolerance,
+                                    const StandsTest& stands);
 /// redistance() of any number of bricks, after those without a surface near became tiles, in an order of their own:
-/// about 5 KB each at a time, twice where there are too many for one call. `stands`: see Redistancing.
+/// about 5 KB each at a time, twice where there are too many for one call.
 void redistanceAll(Editor& editor, std::vector<Coord> coords, const WorkPart& part,
-                   float tolerance = kRedistanceTolerance, const std::function<bool(Coord, float)>& stands = nullptr);
+                   float tolerance = kRedistanceTolerance, const StandsTest& stands = nullptr);
 /// Those of the bricks around `coords` (themselves among them) that the editor has, each once, sorted.
 [[nodiscard]] std::vector<Coord> bricksAround(const Editor& editor, const std::vector<Coord>& coords);
 
