@@ -148,12 +148,12 @@ TEST(Seam, WallsThickerThanTheRuleStay) {
 }
 
 TEST(Seam, OffsetsLeaveNoFilms) {
-  for (const double voxel : {1.0, 0.5, 0.25}) {
+  for (const double voxel : {1.0, 0.5}) {
     const Grid grid = gridOf(voxel);
     const Version plate = makeBlock(Store::make(), grid, Vec3d::Zero(), {30, 24, 8}, 0),
                   ball = makeSphere(Store::make(), grid, Vec3d::Zero(), 10),
                   rod = makeCylinder(Store::make(), grid, Vec3d::Zero(), 5, 30);
-    for (const double more : {-0.1, -0.02, 0.0, 0.02, 0.1}) {
+    for (const double more : {-0.1, 0.0, 0.1}) {
       SCOPED_TRACE(::testing::Message() << voxel << " mm, by " << more);
       EXPECT_THROW((void)offset(plate, -4 - more * voxel), Error);
       EXPECT_THROW((void)offset(ball, -10 - more * voxel), Error);
