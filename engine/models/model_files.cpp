@@ -280,7 +280,7 @@ struct Outgoing {
   clay::Surface surface;
   io::ModelObject object;  // without its mesh
   Vec3d back = Vec3d::Zero();
-  std::map<uint32_t, Vec3d> moved;  // vertices that would lie where another corner of their triangle lies
+  std::map<uint32_t, Vec3d> moved = {};  // vertices that would lie where another corner of their triangle lies
 
   [[nodiscard]] Vec3d place(const Vec3d& p) const { return piece->pose.apply(p) + back; }
 };

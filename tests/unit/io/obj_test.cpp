@@ -148,7 +148,7 @@ TEST(Obj, NamedObjectsBecomeObjects) {
   EXPECT_EQ(file.objects[1].mesh.positions.size(), 4u);
   EXPECT_EQ(file.objects[1].mesh.positions[3], Vec3d(0, 1, 0));
   EXPECT_EQ(file.faces, 4u);
-  EXPECT_TRUE(file.notes.empty());
+  EXPECT_EQ(file.notes, (std::vector<std::string>{"the object empty has no triangles and was left out"}));
 
   const ModelFile one = model(std::string("o \xff\x01 part\n") + kSquare + "f 1 2 3\n");
   ASSERT_EQ(one.objects.size(), 1u);

@@ -91,7 +91,8 @@ TEST(Polygons, AreCoveredOnceInEveryFormat) {
       EXPECT_NEAR(areaOf(file.mesh), face.area, 1e-9);
       EXPECT_TRUE(file.notes.empty());
       // Written on into a format of triangles.
-      const ModelObject object{.mesh = file.mesh};
+      ModelObject object;
+      object.mesh = file.mesh;
       writeModel(folder / "on.3mf", {std::span(&object, 1)});
       EXPECT_NEAR(areaOf(readMesh(folder / "on.3mf").mesh), face.area, 1e-6);
     }

@@ -429,9 +429,10 @@ TEST_F(ModelFiles, NoTriangleHasTwoCornersInOnePlace) {
   document.add(far);
   clay::Surface surface(false, clay::Grade::fine);
   surface.update(far.version);
-  clay::TriangleMesh rounded = surface.toMesh();
-  for (Vec3d& p : rounded.positions) p += far.pose.translation;
-  ASSERT_GT(twice(io::ModelObject{.mesh = rounded}, 1), 0u) << "there is something to be moved";
+  io::ModelObject rounded;
+  rounded.mesh = surface.toMesh();
+  for (Vec3d& p : rounded.mesh.positions) p += far.pose.translation;
+  ASSERT_GT(twice(rounded, 1), 0u) << "there is something to be moved";
   ModelExport what;
   std::vector<io::ModelObject> objects = modelOf(document, what);
   for (const io::ModelObject& object : objects) EXPECT_EQ(twice(object, 1), 0u);
