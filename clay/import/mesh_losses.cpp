@@ -26,6 +26,7 @@ constexpr float kNoClay = 0.75f;      // voxels from the clay where none is near
 constexpr double kGone = 0.5;         // of the mesh's volume: where less is left, walls are without thickness
 constexpr double kSampleArea = 4;     // voxels² for which one point is looked at
 constexpr int kMostSamples = 256;     // of one triangle
+constexpr double kRecounted = 20;     // voxels² that are lost at first sight
 constexpr int kThreads = 2;
 
 // Volume in voxels³ of the body of the mesh that each triangle belongs to.
@@ -105,28 +106,40 @@ MeshLosses takeSpecks(Version& version, const RepairedMesh& repaired, const Work
   EvenlyKept places;
   double lost = 0, all = 0;
   Vec3d sum = Vec3d::Zero(), allSum = Vec3d::Zero();
-  for (size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (t % 65536 == 0) part.step(0.8 + 0.2 * double(t) / double(mesh.triangles.size()));
-    const auto& [i, j, k] = mesh.triangles[t];
-    const Vec3d &a = mesh.positions[i], &b = mesh.positions[j], &c = mesh.positions[k];
-    const double area = (b - a).cross(c - a).norm() / 2;
-    all += area;
-    allSum += area / 3 * (a + b + c);
-    const int samples = std::clamp(int(area / kSampleArea), 1, kMostSamples);
-    for (int s = 0; s < samples; ++s) {
-      const Vec3d p = evenPoint(a, b, c, s);
-      if (!(clay.trilinear(p) > kNoClay)) continue;
-      places.add({p, (b - a).cross(c - a)});
-      lost += area / samples;
-      sum += p * (area / samples);
+  const auto count = [&](const auto& isLost) {
+    places = {};
+    lost = all = 0;
+    sum = allSum = Vec3d::Zero();
+    for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+      if (t % 65536 == 0) part.step(0.8 + 0.2 * double(t) / double(mesh.triangles.size()));
+      const auto& [i, j, k] = mesh.triangles[t];
+      const Vec3d &a = mesh.positions[i], &b = mesh.positions[j], &c = mesh.positions[k];
+      const double area = (b - a).cross(c - a).norm() / 2;
+      all += area;
+      allSum += area / 3 * (a + b + c);
+      const int samples = std::clamp(int(area / kSampleArea), 1, kMostSamples);
+      for (int s = 0; s < samples; ++s) {
+        const Vec3d p = evenPoint(a, b, c, s);
+        if (!isLost(p)) continue;
+        places.add({p, (b - a).cross(c - a), area / samples});
+        lost += area / samples;
+        sum += p * (area / samples);
+      }
     }
-  }
+  };
+  count([&](const Vec3d& p) { return clay.trilinear(p) > kNoClay; });
   // The clay's volume is that within the surface which users see and files get. Sums over voxels are off by a quarter
   // of a voxel² for each voxel of an edge, and take layers of distances that are about zero for clay.
   if (found.meshMm3 > 0) {
     Surface surface(false, Grade::fine);
     surface.update(version, kThreads);
     found.clayMm3 = std::max(0.0, surfaceTopology(surface).volume);
+    if (TriangleMesh skin; lost > kRecounted && !(skin = surface.toMesh()).triangles.empty()) {
+      // Layers of distances about zero look like clay: what counts is the surface.
+      for (Vec3d& p : skin.positions) p = version.grid().toVoxel(p);
+      const NearestTriangle tree(skin);
+      count([&](const Vec3d& p) { return tree.nearerThan(p, double(kNoClay), UINT32_MAX).triangle == UINT32_MAX; });
+    }
     const double gone = all * (1 - found.clayMm3 / found.meshMm3);
     if (found.clayMm3 < kGone * found.meshMm3 && gone > lost) {
       lost = gone;
@@ -134,7 +147,7 @@ MeshLosses takeSpecks(Version& version, const RepairedMesh& repaired, const Work
       places = {};
       for (const auto& [i, j, k] : mesh.triangles) {
         const Vec3d &a = mesh.positions[i], &b = mesh.positions[j], &c = mesh.positions[k];
-        if (const Vec3d out = (b - a).cross(c - a); !out.isZero(0)) places.add({(a + b + c) / 3, out});
+        if (const Vec3d out = (b - a).cross(c - a); !out.isZero(0)) places.add({(a + b + c) / 3, out, out.norm()});
       }
     }
   }

@@ -27,8 +27,10 @@ constexpr double kSmaller = 0.99;
 constexpr int kMostShrinks = 32;
 constexpr double kBeside = 0.02;  // of the wall: how far from it a point is asked whether it is inside
 constexpr double kKept = 1e-3;    // of the surface: may be thinner than the voxel that keeps the walls
-constexpr double kWalls = 1.25;   // voxels across a wall that is surely kept: curved ones of just one lose spots
-constexpr double kRough = 1.2;    // accuracy of winding numbers: inside or outside is all that is asked
+constexpr double kWalls =
+    2;  // voxels across a wall that is surely kept: with fewer, flat ones shrink by a tenth and balls go
+constexpr double kBody = 6;     // voxels across a body, by its volume: with fewer, corners round off too much of it
+constexpr double kRough = 1.2;  // accuracy of winding numbers: inside or outside is all that is asked
 constexpr size_t kPointsABlock = 64;
 
 /// Whether the mesh is more than one piece of surface, which may overlap.
@@ -48,6 +50,32 @@ bool severalBodies(const TriangleMesh& mesh) {
   if (mesh.triangles.empty()) return false;
   const uint32_t first = find(mesh.triangles[0][0]);
   return std::any_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const auto& t) { return find(t[0]) != first; });
+}
+
+/// Volume of the smallest set of triangles that hangs together and has one; infinity where none has.
+double leastBody(const TriangleMesh& mesh) {
+  std::vector<uint32_t> parent(mesh.positions.size());
+  std::iota(parent.begin(), parent.end(), 0u);
+  const auto find = [&](uint32_t i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  for (const auto& [a, b, c] : mesh.triangles)
+    for (const uint32_t other : {b, c}) {
+      const uint32_t x = find(a), y = find(other);
+      parent[std::max(x, y)] = std::min(x, y);
+    }
+  std::vector<double> volume(mesh.positions.size(), 0);
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const uint32_t root = find(a);
+    const Vec3d& from = mesh.positions[root];
+    volume[root] += (mesh.positions[a] - from).dot((mesh.positions[b] - from).cross(mesh.positions[c] - from)) / 6;
+  }
+  double least = INFINITY, most = 0;
+  for (const double each : volume) most = std::max(most, std::abs(each));
+  for (const double each : volume)
+    if (std::abs(each) > 1e-9 * most) least = std::min(least, std::abs(each));
+  return least;
 }
 
 class Walls {
@@ -121,7 +149,7 @@ double WallThickness::shareThinner(double mm) const {
 double WallThickness::keepingVoxelMm() const {
   const auto allowed = size_t(kKept * double(points));
   if (allowed >= wallsMm.size()) return 0;
-  const double most = wallsMm[allowed] / kWalls;
+  const double most = std::min(wallsMm[allowed] / kWalls, std::cbrt(leastBodyMm3) / kBody);
   const double digit = std::pow(10, std::floor(std::log10(most)) - 1);
   const std::string text = fmt::format("{:.2g}", std::floor(most / digit + 1e-3) * digit);
   double rounded = 0;
@@ -135,19 +163,24 @@ double medianThickness(const TriangleMesh& mesh, std::span<const SurfacePlace> p
   for (const auto& t : mesh.triangles)
     for (const uint32_t v : t) low = low.cwiseMin(mesh.positions[v]), high = high.cwiseMax(mesh.positions[v]);
   const Walls walls(mesh, (high - low).maxCoeff(), false);
-  std::vector<double> found;
+  std::vector<std::pair<double, double>> found;  // thickness, area
+  double all = 0;
   for (const SurfacePlace& place : places)
-    if (const double thick = walls.at(place.at, place.outwards.normalized()); std::isfinite(thick))
-      found.push_back(thick);
-  if (found.empty()) return 0;
-  const auto middle = found.begin() + std::ptrdiff_t(found.size() / 2);
-  std::nth_element(found.begin(), middle, found.end());
-  return *middle;
+    if (const double thick = walls.at(place.at, place.outwards.normalized()); std::isfinite(thick)) {
+      found.emplace_back(thick, place.area);
+      all += place.area;
+    }
+  std::sort(found.begin(), found.end());
+  double sum = 0;
+  for (const auto& [thick, area] : found)
+    if ((sum += area) >= all / 2) return thick;
+  return 0;
 }
 
 WallThickness wallThickness(const TriangleMesh& mesh, const WorkPart& part, size_t points, int threads) {
   WallThickness result;
   part.step(0);
+  result.leastBodyMm3 = leastBody(mesh);
   std::vector<double> area;  // of all triangles so far
   area.reserve(mesh.triangles.size());
   Vec3d low = Vec3d::Constant(INFINITY), high = -low;

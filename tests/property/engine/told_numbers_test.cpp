@@ -42,7 +42,7 @@ struct Model {
   uint64_t bodies = 1, openEdges = 0, withoutArea = 0, repeated = 0, disagreeing = 0, turnedFaces = 0, turnedBodies = 0,
            crowdedEdges = 0;
   bool insideOut = false;
-  bool sharp = false;  ///< Has edges below 30°, thinner than any voxel.
+  bool sharp = false;        ///< Has edges below 30°, thinner than any voxel.
   double newSurfaceMm2 = 0;  ///< Of flat holes alone.
   double thinMm = 0;         ///< Thickness of its thinnest wall, where it has one.
 };
@@ -301,7 +301,7 @@ void checkSentence(const Model& model, const Made& made, double voxelMm, const s
     ASSERT_GT(model.thinMm, 0) << sentence;
     table.near("thickness of lost walls", number(1), model.thinMm, 0.05);
     const Lost lost = lostOf(model, made, voxelMm);
-    table.near("area of lost walls", number(4), lost.mm2, 0.1, 50 * voxelMm * voxelMm);
+    table.near("area of lost walls", number(4), lost.mm2, 0.15, 100 * voxelMm * voxelMm);
     table.near("place of lost walls", (Vec3d(number(5), number(6), number(7)) - lost.atMm).norm(), 0, 0, 2.5);
     const double keeps = number(8);
     const Made kept = importAt(model.mesh, keeps);
@@ -310,7 +310,7 @@ void checkSentence(const Model& model, const Made& made, double voxelMm, const s
   } else if (is("^Walls thinner than the voxel of (.*) mm are lost: (.*) mm² on both sides, around (.*), (.*), (.*) "
                 "mm")) {
     ASSERT_TRUE(model.thinMm > 0 || model.sharp) << sentence;
-    table.near("area of lost walls", number(2), lostOf(model, made, voxelMm).mm2, 0.1, 50 * voxelMm * voxelMm);
+    table.near("area of lost walls", number(2), lostOf(model, made, voxelMm).mm2, 0.15, 100 * voxelMm * voxelMm);
   } else if (is("^The clay has (.*) % (less|more) volume")) {
     lessTold = m[2] == "less" ? number(1) : -number(1);
   } else if (is("^(\\d+) specks? of (.*) mm³ together")) {
@@ -378,7 +378,7 @@ TEST(ToldNumbers, VoxelsThatAreSaidToKeepAllWallsKeepThem) {
     EXPECT_EQ(report.losses.lostMm2, 0);
     EXPECT_EQ(report.losses.bodies + report.losses.cavities == model.bodies || model.bodies > 1, true);
     if (model.bodies == 1) {
-      EXPECT_NEAR(made.surface.volume / std::abs(meshVolume(model.mesh)), 1, 0.02);
+      EXPECT_NEAR(made.surface.volume / std::abs(meshVolume(model.mesh)), 1, 0.05);
     }
   }
   EXPECT_GE(tried, 30);

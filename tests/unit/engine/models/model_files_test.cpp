@@ -222,7 +222,7 @@ TEST_F(ModelFiles, WhatIsWorthKnowingBeforeImport) {
   read->objects[1].mesh.triangles.pop_back();
   const ModelDetails details = detailsOf(lookAtModel(read, "a.obj"));
   EXPECT_EQ(details.solid, (std::vector<bool>{true, false}));
-  EXPECT_DOUBLE_EQ(details.walls.keepingVoxelMm(), 32);
+  EXPECT_DOUBLE_EQ(details.walls.keepingVoxelMm(), 6.2);
   EXPECT_EQ(read->objects.size(), 2u) << "what was read stays";
   EXPECT_FALSE(read->objects[0].mesh.triangles.empty());
 }
