@@ -9,9 +9,9 @@
 
 #include "clay/base/parallel.h"
 #include "clay/brush/brush_method.h"
-#include "clay/brush/near_surface.h"
 #include "clay/field/wide_distance.h"
 #include "clay/import/height_image.h"
+#include "clay/store/near_surface.h"
 
 namespace argil::clay {
 namespace {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "clay/brush/brush_method.h"
-#include "clay/brush/near_surface.h"
 #include "clay/store/brick_margins.h"
+#include "clay/store/near_surface.h"
 
 namespace argil::clay {
 namespace {

@@ -1,9 +1,8 @@
-#include "clay/brush/near_surface.h"
+#include "clay/store/near_surface.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "clay/brush/brush_method.h"
 #include "clay/store/brick_margins.h"
 
 namespace argil::clay {
@@ -17,6 +16,11 @@ constexpr float kAround = 2;
 constexpr float kOutermost = 3.5f;
 // Voxels that are looked at first; twice as many each time that there is nothing.
 constexpr double kFirstReach = 8;
+
+// A place, seen from the middle of a brick, so that mirrored bricks have mirrored bits.
+Vec3f fromMiddle(const Vec3d& place, Coord brick) {
+  return (place - ((brick * kBrickEdge).toVec3d() + Vec3d::Constant(3.5))).cast<float>();
+}
 
 std::vector<NearVoxel> within(Sampler& field, const Vec3d& place, double reach) {
   struct Near {
@@ -33,7 +37,7 @@ std::vector<NearVoxel> within(Sampler& field, const Vec3d& place, double reach) 
     for (int32_t by = first(low.y()); by <= last(high.y()); ++by)
       for (int32_t bz = first(low.z()); bz <= last(high.z()); ++bz) {
         if (field.slot({bx, by, bz}).isTile()) continue;
-        const Vec3f middle = BrickFrame(place, {bx, by, bz}).middle;
+        const Vec3f middle = fromMiddle(place, {bx, by, bz});
         const float x = outside(middle.x()), y = outside(middle.y()), z = outside(middle.z());
         bricks.push_back({(x * x + y * y) + z * z, {bx, by, bz}});
       }
@@ -44,11 +48,12 @@ std::vector<NearVoxel> within(Sampler& field, const Vec3d& place, double reach) 
     if (each.distance2 > (nearest + kAround) * (nearest + kAround)) break;
     float padded[kPaddedSize] = {};
     gatherPadded(field, each.brick, padded);
-    const BrickFrame frame(place, each.brick);
+    const Vec3f from = fromMiddle(place, each.brick);
     for (int i = 0; i < kBrickVoxels; ++i) {
       const int x = i >> 6, y = (i >> 3) & 7, z = i & 7, at = paddedOffset(x + 1, y + 1, z + 1);
       if (!(std::abs(padded[at]) < kBesideSurface)) continue;
-      const Vec3f way = frame.at(x, y, z);
+      const Vec3f way((static_cast<float>(x) - 3.5f) - from.x(), (static_cast<float>(y) - 3.5f) - from.y(),
+                      (static_cast<float>(z) - 3.5f) - from.z());
       const float distance = std::sqrt((way.x() * way.x() + way.y() * way.y()) + way.z() * way.z());
       if (!(distance < nearest + kAround)) continue;
       nearest = std::min(nearest, distance);
