@@ -288,7 +288,7 @@ bool Levelling::brick(Sampler& before, std::span<const Stamp> images, Coord coor
                         pz = placeOf(z, -rises[i] * plane.nz);
         samples[moved] = {broad + broadOffset(px.base + 3, py.base + 3, pz.base + 3), px.t, py.t, pz.t};
         voxels[moved++] = i;
-        far = far || std::abs(rises[i]) >= kFar * most * weight[i] * plane.share;
+        far = far || (count > 1 && std::abs(rises[i]) >= kFar * most * weight[i] * plane.share);
       }
     sampleValues(std::span(samples, moved), kX, kY, values);
     for (size_t k = 0; k < moved; ++k) {
