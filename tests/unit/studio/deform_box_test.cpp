@@ -135,12 +135,12 @@ TEST(DeformBox, GoesWhenSomebodyElseChangesTheClay) {
 
 TEST(DeformBox, ACornerTakesTheClayBelowItAlong) {
   const auto store = clay::Store::make();
-  const clay::Version clays[] = {clay::makeBlock(store, clay::Grid{1.0}, Vec3d::Zero(), {40, 40, 40}, 0),
-                                 clay::makeBlock(store, clay::Grid{1.0}, Vec3d::Zero(), {60, 30, 20}, 2),
+  const clay::Version clays[] = {clay::makeBlock(store, clay::Grid{0.25}, Vec3d::Zero(), {40, 40, 40}, 0),
+                                 clay::makeBlock(store, clay::Grid{0.25}, Vec3d::Zero(), {60, 30, 20}, 2),
                                  clay::makeSphere(store, clay::Grid{1.0}, Vec3d::Zero(), 20)};
-  const Vec3d corners[] = {{19.5, 19.5, 19.5}, {28, 13, 8}, {11.5, 11.5, 11.5}};
+  const Vec3d corners[] = {{19.5, 19.5, 19.5}, {29.2, 14.2, 9.2}, {11.5, 11.5, 11.5}};
   // Of the hand's way: a block's corner goes along, a ball has its surface at half of the way to the corner.
-  const double least[] = {0.8, 0.8, 0.4};
+  const double least[] = {0.7, 0.5, 0.4};
   for (int i = 0; i < 3; ++i) {
     Scene scene;
     scene.rig.document = engine::Document::of(clays[i]);

@@ -1,7 +1,6 @@
 // Panels are drawn, clicked, dragged and typed into, without a window.
 
 #include "ui3d/studio/panels/panels.h"
-#include "clay/whole/deform.h"
 
 #include <algorithm>
 #include <cmath>
@@ -356,34 +355,6 @@ TEST(Panels, NumbersAreWrittenShort) {
   EXPECT_EQ(kit::bytes(1234567), "1.23 MB");
   EXPECT_DOUBLE_EQ(kit::readNumber(" 12,5 mm"), 12.5);
   EXPECT_TRUE(std::isnan(kit::readNumber("mm")));
-}
-
-TEST(Panels, ATypedPlaceMovesWhatIsSelectedAsOneStep) {
-  PanelsRig rig;
-  rig.state.shown.firstStart = false;
-  rig.run("clay.block");
-  rig.until([&] { return rig.bench.snapshot()->document->pieces.size() == 1; }, "a block");
-  rig.state.selected = rig.bench.snapshot()->document->pieces[0].id;
-  rig.frames(3);
-  const auto middle = [&] {
-    const engine::Piece& piece = rig.bench.snapshot()->document->pieces[0];
-    const clay::BoxMm box = clay::boundsOf(piece.version);
-    return piece.pose.apply((box.low + box.high) / 2);
-  };
-  const Vec3d before = middle();
-  const size_t steps = rig.bench.snapshot()->done;
-  for (const auto& [row, typed] : {std::pair{"place x", "12.5"}, {"place y", "-1000"}, {"place z", "0"}}) {
-    const ImVec2 at = rig.find("Settings", {row, "bar"});
-    ASSERT_FALSE(std::isnan(at.x)) << row;
-    rig.doubleClick(at);
-    rig.type(typed);
-    rig.key(ImGuiKey_Enter);
-    rig.frames(3);
-    rig.until([&] { return rig.bench.idle(); }, "moved");
-    rig.frames(3);
-  }
-  EXPECT_LT((middle() - Vec3d(12.5, -1000, 0)).norm(), 1e-6) << before.transpose();
-  EXPECT_LE(rig.bench.snapshot()->done, steps + 3);
 }
 
 TEST(Panels, HardCutIsOneClickAway) {

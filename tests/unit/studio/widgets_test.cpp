@@ -108,10 +108,10 @@ TEST(Widgets, WorkInTheStudiosOwnContext) {
   EXPECT_EQ(state.selected, bench.snapshot()->document->guides[0].id) << "what was placed is in hand";
   with([&](Context& context) {
     widgets.draw(context, overlays);
-    EXPECT_FALSE(widgets.labels(context).empty()) << "the reach of the hand";
+    EXPECT_TRUE(widgets.labels(context).empty()) << "a mouse has no reach";
   });
   EXPECT_GT(overlays.fills.size(), 5u);
-  EXPECT_GT(overlays.polylines.size(), 10u);
+  EXPECT_GT(overlays.polylines.size(), 5u);
   with([&](Context& context) { widgets.escape(context); });
   EXPECT_EQ(state.selected, 0u);
 }

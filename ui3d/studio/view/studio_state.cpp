@@ -33,7 +33,7 @@ engine::Tool& StudioState::tool() {
   if (found != tools.end()) return found->second;
   const engine::ToolRow* row = engine::findTool(toolId);
   if (!row) {
-    row = &engine::toolTable().front();
+    row = engine::findTool("carve");
     toolId = row->id;
   }
   return tools.emplace(toolId, newTool(*row)).first->second;
