@@ -49,6 +49,7 @@ constexpr auto kSynonyms = std::to_array<Synonyms>({
 
     // Tools
     {"tool.carve", "remove dig sculpt erase chisel subtract cut draw"},
+    {"tool.clay", "buildup strips build draw standard brush soft"},
     {"tool.add", "clay buildup strips draw standard brush tube"},
     {"tool.wax", "blob metaball soft build"},
     {"tool.stamp", "insert vdm imm brush alpha"},
