@@ -28,8 +28,8 @@ constexpr float kLeastVoxels = 4, kLeastForBend = 8;
 // How firmly height, tilt and curvature are held to what they are, where voxels say little of them; by parts of their
 // weight.
 constexpr float kHeldPlace = 1e-6f, kHeldTilt = 4e-4f, kHeldBend = 0.05f, kFirmly = 1e4f;
-// A ball of two voxels is as round as faces get.
-constexpr float kMostBend = 0.5f;
+// A ball of three voxels and a third is as round as faces get: what is rounder may be a rounded edge.
+constexpr float kMostBend = 0.3f;
 // Faces that move, turn and bend by less in a round are found, voxels and radians.
 constexpr float kFound = 2e-3f;
 

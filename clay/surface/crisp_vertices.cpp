@@ -314,7 +314,7 @@ class Placement {
         if (s.found.normal.squaredNorm() < kAcute) return true;
         [[fallthrough]];
       case CreaseVertex::Kind::face:
-        return !s.explained;
+        return s.kinked && !s.explained;
     }
     return false;
   }

@@ -21,9 +21,10 @@ struct CreaseCells {
 
 /// Moves the vertices of cells that a crease crosses onto it, or onto the face that the cell is on, and lists the
 /// former in out.table.sharp. Looks at kinked cells, and at bent ones that share a face with a kinked one. Changes no
-/// count, no order and no quad; none ends farther than kCrispReach outside of its cell. Sets out.table.readsBeyond
-/// where other bricks were read. For the fine grade only vertices that come onto a crease between faces of which one
-/// turns are moved. Equal bits everywhere. About half a microsecond a cell. Method: crisp_edges.md.
+/// count, no order and no quad. Rims of acute wedges and corners are then fitted (placeOnRims); `placed` gets a bit for
+/// each vertex that was. Sets out.table.readsBeyond where other bricks were read. For the fine grade only vertices that
+/// come onto a crease between faces of which one turns are moved. Equal bits everywhere. About half a microsecond a
+/// cell. Method: crisp_edges.md.
 void crispVertices(Sampler& field, Coord brick, const CreaseCells& cells, bool wantNormals, Grade grade,
                    ExtractionBuffer& out, PlacedVertices& placed);
 

@@ -31,9 +31,17 @@ constexpr float kOwn = 0.75f;
 constexpr float kForeign = 0.12f;
 constexpr int kLeastForeign = 3;
 // What another group's fit may leave of a cell's own voxels, voxels.
-constexpr float kBorrowed = 0.12f;
+constexpr float kBorrowed = 0.05f;
+// The cosine between the normals of faces that meet at 87°.
+constexpr float kAcuteCosine = -0.05f;
+// And of planes that may turn out to be of such faces: at 100°.
+constexpr float kBluntCosine = 0.17f;
+// Cells so far from a hard one, along each axis, are fitted too.
+constexpr int kBesideHard = 2;
 // How far a vertex may go from its edge crossings to the face that they are on, voxels.
 constexpr float kFaceReach = 1;
+// A corner that lies so far beside a cell is in it, voxels: on a plane of the grid it is in either cell.
+constexpr float kBeside = 0.07f;
 // A point of a rim is one of the solid if the solid's distance there is less, voxels.
 constexpr float kOnSolid = 0.05f;
 
@@ -292,8 +300,8 @@ struct FitSize {
   float mostWorst;   // what may be left of those, voxels
   float mostMisfit;  // and of all, in the mean
 };
-constexpr FitSize kLargeFit{.reach = 4.3f, .near = 3.3f, .fading = 0.25f, .mostWorst = 0.05f, .mostMisfit = 0.15f},
-    kSmallFit{.reach = 3.7f, .near = 2, .fading = 0.5f, .mostWorst = 0.12f, .mostMisfit = 0.3f};
+constexpr FitSize kLargeFit{.reach = 4.3f, .near = 3.3f, .fading = 0.25f, .mostWorst = 0.03f, .mostMisfit = 0.15f},
+    kSmallFit{.reach = 3.7f, .near = 2, .fading = 0.5f, .mostWorst = 0.04f, .mostMisfit = 0.3f};
 const FitSize& sizeOf(int group) {
   return Group::isLarge(group) ? kLargeFit : kSmallFit;
 }
@@ -324,15 +332,16 @@ class RimFits {
   void fit(int group) {
     const NearPlanes near(planes_, Group::middleOf(group));
     Start start;
-    if (!near.twoFaces(start)) return;
+    if (!near.twoFaces(start) || start.normal[0].dot(start.normal[1]) > kBluntCosine) return;
     gather(group);
     std::optional<RimModel>& model = models_[static_cast<size_t>(group)];
     run(group, start, model);
-    if (!model || isGood(*model, group)) return;
-    const bool more = foreignVoxels(*model) >= kLeastForeign && near.thirdFace(*model, start);
-    model.reset();
-    if (more) run(group, start, model);
-    if (model && !isGood(*model, group)) model.reset();
+    if (model && !isGood(*model, group)) {
+      const bool more = foreignVoxels(*model) >= kLeastForeign && near.thirdFace(*model, start);
+      model.reset();
+      if (more) run(group, start, model);
+    }
+    if (model && !(isGood(*model, group) && isAcute(*model))) model.reset();
   }
 
   [[nodiscard]] const RimModel* of(int group) const {
@@ -343,6 +352,19 @@ class RimFits {
  private:
   static bool isGood(const RimModel& model, int group) {
     return model.fit().worst < sizeOf(group).mostWorst && model.fit().misfit < sizeOf(group).mostMisfit;
+  }
+
+  // Whether two of the faces meet at less than a right angle. What is blunter planes tell as well, and a rounded edge
+  // is not taken for a rim.
+  static bool isAcute(const RimModel& model) {
+    std::array<Vec3f, kMostRimFaces> g;
+    bool acute = false;
+    for (int k = 0; k < model.fit().faces; ++k) {
+      (void)model.distance(k, Vec3f::Zero(), g[static_cast<size_t>(k)]);
+      for (int j = 0; j < k; ++j)
+        acute = acute || g[static_cast<size_t>(k)].dot(g[static_cast<size_t>(j)]) < kAcuteCosine;
+    }
+    return acute;
   }
 
   // The exact voxels around a group's middle.
@@ -467,11 +489,20 @@ std::optional<PlacedVertex> place(const FieldBlock& block, const CellModel& cell
   Vec3f p = mean;
   std::array<Vec3f, kMostRimFaces> gradients;
   if (!model.meet(faces, std::popcount(faces) == 1 ? kFaceReach : kVertexReach, p, gradients)) return std::nullopt;
-  if (std::popcount(faces) == 2 && model.fit().faces == 3 && std::abs(model.distance(p)) > kOnSolid) {
-    // The third face ends the rim before.
-    p = mean;
-    faces = 7;
-    if (!model.meet(faces, kVertexReach, p, gradients)) return std::nullopt;
+  if (std::popcount(faces) == 2 && model.fit().faces == 3) {
+    // The third face ends the rim before, or in this cell.
+    const bool ended = std::abs(model.distance(p)) > kOnSolid;
+    Vec3f corner = mean;
+    std::array<Vec3f, kMostRimFaces> there;
+    const bool known = model.meet(7, kVertexReach, corner, there);
+    const Vec3f within = corner - cell.low;
+    if (known && (ended || (within.minCoeff() >= -kBeside && within.maxCoeff() <= 1 + kBeside))) {
+      p = corner;
+      faces = 7;
+      gradients = there;
+    } else if (ended) {
+      return std::nullopt;
+    }
   }
   PlacedVertex placed;
   placed.at = p - cell.low;
@@ -495,8 +526,16 @@ void placeOnRims(Sampler& field, Coord brick, std::span<const RimSuspect> suspec
   std::array<uint16_t, ExtractionBuffer::kMostVertices> wanted;
   size_t count = 0;
   Groups large, small;
-  for (const RimSuspect& s : suspects)
-    if (hard[s.cell]) large.set(static_cast<size_t>(Group::largeOf(s.cell)));
+  // A rim goes on for some cells beside those that are known to be hard.
+  for (const RimSuspect& s : suspects) {
+    if (!hard[s.cell]) continue;
+    for (int corner = 0; corner < 8; ++corner) {
+      const auto at = [&](int shift, int bit) {
+        return std::clamp((s.cell >> shift & 7) + ((corner >> bit & 1) != 0 ? kBesideHard : -kBesideHard), 0, 7);
+      };
+      large.set(static_cast<size_t>(Group::largeOf(at(6, 2) << 6 | at(3, 1) << 3 | at(0, 0))));
+    }
+  }
   if (!fits.begin(field, brick, large)) return;
   for (size_t i = 0; i < suspects.size(); ++i)
     if (large[static_cast<size_t>(Group::largeOf(suspects[i].cell))] &&

@@ -24,7 +24,7 @@ inline constexpr float kSharpReach = 1.0f;
 /// ends farther than kSharpReach outside of its cell; those of bent cells without a crease go onto the bend. With
 /// `wantNormals` a moved vertex gets the mean normal of its faces. Scalar arithmetic in a fixed order: equal bits
 /// everywhere. 1 to 2 µs for each cell near a crease. Where flat faces do not explain a cell, a vertex that is listed
-/// before (crispVertices) stays as it is. Method: sharp_features.md.
+/// before (crispVertices) stays as it is, and so does any in `placed`. Method: sharp_features.md.
 void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, const PlacedVertices& placed,
                      ExtractionBuffer& out);
 

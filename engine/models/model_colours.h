@@ -33,7 +33,8 @@ struct FileColours {
 /// As pieces and parts have it; alpha is left out.
 [[nodiscard]] std::array<float, 3> colourOf(const io::Colour& colour);
 [[nodiscard]] io::Colour colourOf(const std::array<float, 3>& colour);
-/// The piece's colour where the user or a file chose one; none for that of a new piece, without which files are written.
+/// The piece's colour where the user or a file chose one; none for that of a new piece, without which files are
+/// written.
 [[nodiscard]] std::optional<std::array<float, 3>> chosenColour(const Piece& piece);
 /// The same for files.
 [[nodiscard]] std::optional<io::Colour> fileColourOf(const Piece& piece);

@@ -125,8 +125,7 @@ void makePieces(io::ModelFile& read, const ModelImport& how, ImportedModel& impo
         const io::ModelObject& object = objects[i];
         at = &object;
         options.grid.voxelMm = saved.size() == objects.size() ? saved[i] : usual;
-        add(object, object.mesh,
-            object.name.empty() ? fmt::format("Object {}", i + 1) : io::displayName(object.name));
+        add(object, object.mesh, object.name.empty() ? fmt::format("Object {}", i + 1) : io::displayName(object.name));
       }
       requireSome(imported);
       return;

@@ -27,9 +27,9 @@ inline constexpr int32_t kLastLayerUnits = 7 * kUnitsPerVoxel / 2;
 
 /// The vertex that stands for each vertex of `mesh` at `level` (1 to 4): of those in one group of cells that face the
 /// same half, the one nearest to their mean. Vertices that may belong to the brick's last layer of cells along an axis
-/// of `locked` (bits x, y, z) stand for themselves; on creases they lie up to clay::kVertexReach before that layer. Depends on
-/// the mesh alone, by whole numbers: shaders/level_stand.comp finds the same. The mesh has normals. About 30 ns a
-/// vertex.
+/// of `locked` (bits x, y, z) stand for themselves; on creases they lie up to clay::kVertexReach before that layer.
+/// Depends on the mesh alone, by whole numbers: shaders/level_stand.comp finds the same. The mesh has normals. About 30
+/// ns a vertex.
 void representatives(const clay::BrickMesh& mesh, int level, unsigned locked, std::vector<uint16_t>& out);
 
 /// What a cone is wider than what was added: rounding of normals is 0.006°; their lengths may be off by as much.

@@ -152,8 +152,8 @@ TEST_F(FineLevels, StayClosedAcrossChunksAndWithinTheirBoxes) {
       const Vec3d p = Vec3d(v.x, v.y, v.z) / kUnitsPerVoxel;
       ASSERT_GE((p - draw.min).minCoeff(), 0);
       ASSERT_GE((draw.max - p).minCoeff(), 0);
-      beyond +=
-          (p - draw.min).minCoeff() < clay::kVertexReach - 1e-3 || (draw.max - p).minCoeff() < clay::kVertexReach - 1e-3;
+      beyond += (p - draw.min).minCoeff() < clay::kVertexReach - 1e-3 ||
+                (draw.max - p).minCoeff() < clay::kVertexReach - 1e-3;
     }
   }
   EXPECT_GT(beyond, 0u);

@@ -370,9 +370,12 @@ TEST_F(ModelFiles, ClayWithoutAColourIsWrittenWithoutOne) {
     SCOPED_TRACE(name);
     static_cast<void>(writeModelFiles({folder / name}, document, {}));
     const ImportedModel back = importModel(folder / name, {});
-    if (back.pieces.size() == 2) EXPECT_EQ(chosenColour(back.pieces[0]), (std::array<float, 3>{1, 0, 0}));
-    if (fs::path(name).extension() == ".3mf" || fs::path(name).extension() == ".vdb")
+    if (back.pieces.size() == 2) {
+      EXPECT_EQ(chosenColour(back.pieces[0]), (std::array<float, 3>{1, 0, 0}));
+    }
+    if (fs::path(name).extension() == ".3mf" || fs::path(name).extension() == ".vdb") {
       EXPECT_EQ(chosenColour(back.pieces.at(1)), std::nullopt);
+    }
   }
 }
 

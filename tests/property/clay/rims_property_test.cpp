@@ -1,0 +1,203 @@
+// Rims of carves and of laid-on clay against the curves that are known exactly, the tip's middle far above the face and
+// far below it: there the wedge of material beside the rim is thinner than a voxel.
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+
+#include "clay/brush/brush.h"
+#include "clay/mesh/mesh_topology.h"
+#include "tests/support/tier.h"
+#include "tests/unit/clay/sharp_shapes.h"
+
+namespace argil::clay {
+namespace {
+
+using namespace testing;
+
+// A block's flat face, `middle` on it, and a ball's way along it.
+struct Stroke {
+  Version clay;
+  Vec3d middle, up;
+  std::vector<Vec3d> way;  // of the ball's middle
+  double radius = 0;       // of the ball, voxels
+  bool add = false;
+  std::vector<Vec3d> rim;
+
+  // The place of the way that is nearest to p.
+  [[nodiscard]] Vec3d nearest(const Vec3d& p) const {
+    Vec3d best = way[0];
+    for (size_t i = 0; i + 1 < way.size(); ++i) {
+      const Vec3d along = way[i + 1] - way[i];
+      const double length2 = along.squaredNorm(),
+                   t = length2 > 0 ? std::clamp((p - way[i]).dot(along) / length2, 0.0, 1.0) : 0;
+      if (const Vec3d q = way[i] + t * along; (p - q).squaredNorm() < (p - best).squaredNorm()) best = q;
+    }
+    return best;
+  }
+};
+
+// What one of the random strokes is like.
+struct Kind {
+  double radius;  // voxels
+  double share;   // of the radius: how far the ball's middle lies above the face
+  bool turned;    // anyhow, or the face along the grid (half of them on a plane of voxels)
+  bool add;
+  bool stroke;  // a straight stroke of many stamps, or one dab
+};
+
+Stroke makeStroke(std::mt19937_64& random, const Kind& kind) {
+  std::uniform_real_distribution<double> shift(-1, 1);
+  Stroke s;
+  s.radius = kind.radius;
+  s.add = kind.add;
+  const Eigen::Matrix3d axes = kind.turned ? randomTurn(random) : Eigen::Matrix3d::Identity();
+  s.middle = Vec3d(shift(random), shift(random), shift(random));
+  if (!kind.turned && shift(random) < 0) s.middle.z() = 0;
+  s.up = axes.col(2);
+  TurnedBox box;
+  box.axes = axes;
+  box.half = Vec3d(30, 30, 14);
+  box.centre = s.middle - 14 * s.up;
+  const Version block = clayOf(Store::make(), 44, [&](const Vec3d& p) { return box.distance(p); });
+  const double above = kind.share * kind.radius, turn = EIGEN_PI * shift(random);
+  const Vec3d base = s.middle + above * s.up, x = std::cos(turn) * axes.col(0) + std::sin(turn) * axes.col(1),
+              y = s.up.cross(x);
+  const Vec3d half = kind.stroke ? Vec3d(9 * x) : Vec3d(Vec3d::Zero());
+  s.way = {base - half, base + half};
+  // The rim: points of the face as far from the way's foot as the ball's circle on the face is wide.
+  const double wide = std::sqrt(kind.radius * kind.radius - above * above);
+  for (const double side : {-1.0, 1.0}) {
+    const Vec3d end = s.middle + side * half;
+    for (double at = 0; at < EIGEN_PI; at += 0.15 / wide)
+      s.rim.push_back(end + wide * (std::sin(at) * side * x + std::cos(at) * y));
+    for (double at = -1; kind.stroke && at < 1; at += 0.02) s.rim.push_back(s.middle + at * half + side * wide * y);
+  }
+  BrushStroke stroke(block, Brush::of(kind.add ? Method::add : Method::carve));
+  const int stamps = kind.stroke ? 8 : 1;
+  for (int i = 0; i < stamps; ++i) {
+    const Vec3d step = 2 * half / stamps, from = s.way[0] + i * step;
+    stroke.apply(Stamp{from, from + step, kind.radius});
+  }
+  s.clay = stroke.finish();
+  return s;
+}
+
+// Distances of rim points from triangles, and the area beside rims whose normal is that of neither side.
+struct RimError {
+  double squares = 0, most = 0, area = 0, neither = 0;
+  size_t points = 0;
+
+  void look(const Stroke& stroke, const TriangleMesh& mesh) {
+    const NearestTriangle tree(mesh);
+    for (const Vec3d& p : stroke.rim) {
+      const double squared = tree.nearest(p).squared;
+      squares += squared;
+      most = std::max(most, std::sqrt(squared));
+      ++points;
+    }
+    for (const auto& t : mesh.triangles) {
+      const Vec3d &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
+      const Vec3d facet = (b - a).cross(c - a), middle = (a + b + c) / 3;
+      if (std::abs((middle - stroke.middle).dot(stroke.up)) > 4 ||
+          (middle - stroke.nearest(middle)).norm() > stroke.radius + 4)
+        continue;
+      // Six places of the triangle stand for a sixth of its area each.
+      for (int i = 0; i < 3; ++i)
+        for (int j = 0; i + j < 3; ++j) {
+          const Vec3d p = a + (b - a) * ((i + 1 / 3.0) / 3) + (c - a) * ((j + 1 / 3.0) / 3);
+          double least = 4;
+          for (size_t k = 0; k < stroke.rim.size(); k += 3) least = std::min(least, (stroke.rim[k] - p).squaredNorm());
+          if (least > 1) continue;
+          const Vec3d ball = (stroke.add ? -1 : 1) * (stroke.nearest(p) - p).normalized();
+          const double length = facet.norm(), part = length / 12;
+          area += part;
+          if (std::max(facet.dot(stroke.up), facet.dot(ball)) < std::cos(25 * EIGEN_PI / 180) * length) neither += part;
+        }
+    }
+  }
+  [[nodiscard]] double rms() const { return std::sqrt(squares / static_cast<double>(points)); }
+};
+
+// Carve as it works by default cuts with the ball's middle below the face.
+TEST(RimProperty, RimsOfDeepAndOfShallowStrokesAreWhereTheyAre) {
+  constexpr uint64_t kSeed = 71;
+  std::mt19937_64 random(kSeed);
+  std::uniform_real_distribution<double> share(-0.9, 0.9), radius(4.5, 12);
+  const int strokes = tests::byTier(32, 1000);
+  RimError crisp, fine, draft;
+  for (int i = 0; i < strokes; ++i) {
+    const Kind kind{.radius = radius(random),
+                    .share = share(random),
+                    .turned = i % 2 != 0,
+                    .add = i / 2 % 2 != 0,
+                    .stroke = i / 4 % 2 != 0};
+    const Stroke stroke = makeStroke(random, kind);
+    RimError here;
+    for (const Grade grade : {Grade::draft, Grade::crisp, Grade::fine}) {
+      const TriangleMesh mesh = meshOf(stroke.clay, grade);
+      ASSERT_TRUE(checkTopology(mesh).closed()) << "stroke " << i << ", seed " << kSeed;
+      (grade == Grade::draft ? draft : grade == Grade::crisp ? crisp : fine).look(stroke, mesh);
+      if (grade == Grade::crisp) here.look(stroke, mesh);
+    }
+    EXPECT_LE(here.most, 0.75) << "stroke " << i << ": radius " << kind.radius << ", share " << kind.share;
+  }
+  for (const auto& [name, error] : {std::pair("draft", draft), std::pair("crisp", crisp), std::pair("fine", fine)})
+    std::printf("%s: rims %.3f voxel RMS, %.2f at most; %.1f %% of the area beside them faces neither side\n", name,
+                error.rms(), error.most, 100 * error.neither / error.area);
+  for (const RimError& error : {crisp, fine}) {
+    EXPECT_LE(error.rms(), 0.10);
+    EXPECT_LE(error.neither, 0.03 * error.area);
+    EXPECT_LE(error.rms(), 0.2 * draft.rms());
+  }
+}
+
+// The wedge of a deep cut is thinner than a voxel for two voxels: signs alone leave it as teeth.
+TEST(RimProperty, ThinWedgesHaveCleanRims) {
+  constexpr uint64_t kSeed = 72;
+  std::mt19937_64 random(kSeed);
+  for (const double share : {-0.5, -0.75, -0.9})
+    for (const bool turned : {false, true}) {
+      RimError error;
+      for (int i = 0; i < tests::byTier(3, 40); ++i) {
+        const Kind kind{
+            .radius = 5 + 1.5 * (i % 4), .share = share, .turned = turned, .add = false, .stroke = i % 2 != 0};
+        const Stroke stroke = makeStroke(random, kind);
+        error.look(stroke, meshOf(stroke.clay, Grade::crisp));
+      }
+      std::printf("middle %.2f radius below, %s: %.3f voxel RMS, %.2f at most, %.1f %% faces neither side\n", -share,
+                  turned ? "turned" : "along the grid", error.rms(), error.most, 100 * error.neither / error.area);
+      EXPECT_LE(error.rms(), 0.06) << share << " seed " << kSeed;
+      EXPECT_LE(error.most, 0.75);
+      EXPECT_LE(error.neither, 0.05 * error.area);
+    }
+}
+
+// Following edits gives the bits of an extraction from nothing, though rims look four voxels beyond their brick.
+TEST(RimProperty, FollowedRimsAreThoseOfAFreshSurface) {
+  constexpr uint64_t kSeed = 73;
+  std::mt19937_64 random(kSeed);
+  std::uniform_real_distribution<double> place(-14, 14), depth(-5, 5);
+  TurnedBox box;
+  box.axes = randomTurn(random);
+  box.half = Vec3d(24, 24, 12);
+  Version clay = clayOf(Store::make(), 40, [&](const Vec3d& p) { return box.distance(p); });
+  for (const Grade grade : {Grade::crisp, Grade::fine}) {
+    Surface followed(true, grade);
+    followed.update(clay);
+    for (int i = 0; i < tests::byTier(12, 200); ++i) {
+      BrushStroke stroke(clay, Brush::of(i % 3 == 2 ? Method::add : Method::carve));
+      const Vec3d a = box.axes * Vec3d(place(random), place(random), 12 + depth(random)),
+                  b = a + box.axes * Vec3d(0.4 * place(random), 0.4 * place(random), 0);
+      stroke.apply(Stamp{a, b, 6});
+      clay = stroke.finish();
+      followed.update(clay);
+      Surface fresh(true, grade);
+      fresh.update(clay);
+      ASSERT_EQ(followed.hash(), fresh.hash()) << "edit " << i << ", seed " << kSeed;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace argil::clay
