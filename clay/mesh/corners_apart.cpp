@@ -10,6 +10,8 @@ namespace {
 
 /// Corners that are nearer, relative to the largest coordinate, may become one: two to four last digits.
 constexpr double kNear = 0x1p-22;
+/// Vertices are not moved where that is more than this part of the mesh's size.
+constexpr double kMostOfSize = 1e-4;
 /// Passes at most; a moved vertex hardly ever meets another.
 constexpr int kMostPasses = 8;
 /// Vertices in one place go into so many directions, and as many times farther.
@@ -63,9 +65,14 @@ class Mover {
 
 std::map<uint32_t, Vec3d> cornersApart(const MeshPieces& pieces) {
   double largest = 0;
+  Vec3d low = Vec3d::Constant(1e300), high = Vec3d::Constant(-1e300);
   pieces([&](uint32_t, std::span<const Vec3d> positions, std::span<const std::array<uint32_t, 3>>) {
     largest = std::max(largest, largestOf(positions));
+    for (const Vec3d& p : positions) low = low.cwiseMin(p), high = high.cwiseMax(p);
   });
+  const double size = (high - low).maxCoeff();
+  // So far from zero that 32 bits do not hold the mesh anyway.
+  if (kNear * largest > kMostOfSize * size) return {};
   Mover mover(largest);
   for (int pass = 0; pass == 0 || (mover.any() && pass < kMostPasses); ++pass) {
     std::vector<Vec3d> window;

@@ -4,7 +4,7 @@
 #include <array>
 
 #include "clay/base/vec.h"
-#include "clay/kernels/rim_kernels.h"
+#include "clay/surface/rim_kernels.h"
 
 namespace argil::clay {
 

@@ -1,5 +1,9 @@
 #include "io/models/mesh_file.h"
 
+#include "clay/mesh/triangulate.h"
+
+#include "clay/base/error.h"
+
 #include <utility>
 
 #include "io/models/format_table.h"
@@ -33,6 +37,48 @@ MeshFile parseMesh(std::span<const std::byte> bytes, const std::string& name, Jo
 
 MeshFile readMesh(const std::filesystem::path& path, Job* job) {
   return meshOf(readModel(path, job));
+}
+
+}  // namespace argil::io
+
+namespace argil::io {
+
+void PolygonList::add(MeshFile& file, std::span<const uint32_t> corners) {
+  std::vector<std::array<uint32_t, 3>>& triangles = file.mesh.triangles;
+  ++file.faces;
+  if (triangles.size() + corners.size() > UINT32_MAX)
+    throw Error("the model has more than " + std::to_string(UINT32_MAX) + " triangles; reduce it first");
+  if (corners.size() > 3) {
+    ++file.polygons;
+    polygons_.emplace_back(uint32_t(triangles.size()), uint32_t(corners.size()));
+  }
+  for (size_t i = 2; i < corners.size(); ++i) triangles.push_back({corners[0], corners[i - 1], corners[i]});
+}
+
+void PolygonList::divide(MeshFile& file, Job* job) {
+  constexpr size_t kBetweenLooks = 4096;
+  clay::Triangulator triangulator;
+  std::vector<uint32_t> corners;
+  std::vector<Vec3d> places;
+  std::vector<std::array<uint32_t, 3>> divided;
+  uint64_t crossed = 0;
+  for (size_t p = 0; p < polygons_.size(); ++p) {
+    if (p % kBetweenLooks == 0 && job != nullptr && job->cancelled()) throw Cancelled();
+    const auto [first, count] = polygons_[p];
+    const std::span fan = std::span(file.mesh.triangles).subspan(first, count - 2);
+    corners.assign({fan[0][0], fan[0][1]});
+    for (const auto& triangle : fan) corners.push_back(triangle[2]);
+    places.clear();
+    for (const uint32_t corner : corners) places.push_back(file.mesh.positions[corner]);
+    divided.clear();
+    crossed += !triangulator.add(places, divided);
+    for (size_t t = 0; t < divided.size(); ++t)
+      fan[t] = {corners[divided[t][0]], corners[divided[t][1]], corners[divided[t][2]]};
+  }
+  polygons_.clear();
+  if (crossed > 0)
+    file.notes.push_back(std::to_string(crossed) + (crossed == 1 ? " face crosses itself" : " faces cross themselves") +
+                         ": parts may be missing or covered twice; repair the model in the program that made it");
 }
 
 }  // namespace argil::io

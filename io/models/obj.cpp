@@ -12,7 +12,7 @@
 #include "io/models/colour_list.h"
 #include "io/models/format_table.h"
 #include "io/models/mtl.h"
-#include "io/models/polygon_list.h"
+#include "io/models/mesh_file.h"
 
 namespace argil::io {
 

@@ -5,7 +5,7 @@
 #include "io/bytes/text_cursor.h"
 #include "io/models/colour_list.h"
 #include "io/models/format_table.h"
-#include "io/models/polygon_list.h"
+#include "io/models/mesh_file.h"
 
 namespace argil::io {
 

@@ -143,7 +143,7 @@ TEST(Figures, EveryToolMakesWhatItMade) {
   const Document clay = figureClay();
   std::vector<double> begun;
   add(clay.pieces[0].version, begun);
-  kept.expect("clay", begun);
+  kept.expect("begun", begun);
   const auto draw = [&](const std::string& name, const Tool& tool, bool turned, const StrokeImages& images = {}) {
     Session session(clay);
     stroke(session, tool, pathAround(6.7, turned), images);

@@ -120,7 +120,7 @@ constexpr Real kReal[] = {
     {"suzanne.obj", "OBJ", 968, 42, 1, 0},
     {"teapot.obj", "OBJ", 6320, 160, 0, 3},
     {"thin_tray_1002_tray_bottom.STL", "STL (text)", 4520, 0, 0, 0},
-    {"wallhole.obj", "OBJ", 66, 0, 1, 0},
+    {"wallhole.obj", "OBJ", 66, 0, 0, 0},
 };
 
 TEST(MeshFile, RealMeshesHaveTheCountsThatOthersFound) {

@@ -3,7 +3,6 @@
 #include <array>
 
 #include "engine/document/beside.h"
-#include "ui3d/studio/kit/layout.h"
 #include "ui3d/studio/view/context.h"
 
 namespace argil::studio {

@@ -1,7 +1,7 @@
 // A least-squares fit in the manner of k-planes clustering (Bradley and Mangasarian 2000), with curved faces in place
 // of planes and the solid's own rule, maximum or minimum, in place of the nearest plane.
 
-#include "clay/kernels/rim_kernels.h"
+#include "clay/surface/rim_kernels.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 #include "clay/base/vec.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "clay/kernels/rim_kernels.cpp"
+#define HWY_TARGET_INCLUDE "clay/surface/rim_kernels.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
