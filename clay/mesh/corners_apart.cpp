@@ -11,7 +11,7 @@ namespace {
 /// Corners that are nearer, relative to the largest coordinate, may become one: two to four last digits.
 constexpr double kNear = 0x1p-22;
 /// Vertices are not moved where that is more than this part of the mesh's size.
-constexpr double kMostOfSize = 1e-4;
+constexpr double kMostOfSize = 1e-2;
 /// Passes at most; a moved vertex hardly ever meets another.
 constexpr int kMostPasses = 8;
 /// Vertices in one place go into so many directions, and as many times farther.
