@@ -89,7 +89,7 @@ TEST(Script, NamesThePlaceAndTheFault) {
       {withSetup(R"({"import": ""})"), "setup[0].import: names no file"},
       {withStroke("null"), "strokes[1]: must be an object"},
       {withStroke(R"({"tool": "hammer", "radius_mm": 1, "path": [[0,0,0,0]]})"),
-       "strokes[1].tool: unknown \"hammer\"; known are carve, add, wax"},
+       "strokes[1].tool: unknown \"hammer\"; known are clay, carve, add, wax"},
       {withStroke(R"({"tool": "add", "radius_mm": 0, "path": [[0,0,0,0]]})"),
        "strokes[1].radius_mm: 0 is out of range"},
       {withStroke(R"({"tool": "add", "radius_mm": 1, "strength": 1, "path": [[0,0,0,0]]})"),
