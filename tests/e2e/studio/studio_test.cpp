@@ -47,7 +47,7 @@ TEST_P(Studio, FromAnEmptyWindowToThreeFiles) {
   person.key("c");
   person.drag(wave(x - 110, y - 60, 190, 14));
   const render::Image carved = shot("03-carve");
-  EXPECT_GT(difference(block, carved), 0.002);
+  EXPECT_GT(difference(block, carved), 0.001);
   person.key("a");
   person.drag(wave(x - 60, y - 110, 130, 8));
   const render::Image added = shot("04-add");
