@@ -9,7 +9,7 @@
 
 namespace argil::clay {
 
-/// How far a vertex of any grade may stand outside of its cell, voxels: the tip of a wedge of 15° does by so much.
+/// How far a vertex of any grade may stand outside of its cell, voxels: the tip of a wedge of 16° does by so much.
 inline constexpr float kVertexReach = 3.5f;
 
 /// A vertex that may stand at a rim.

@@ -1,11 +1,9 @@
 #include "io/models/mesh_file.h"
 
-#include "clay/mesh/triangulate.h"
-
-#include "clay/base/error.h"
-
 #include <utility>
 
+#include "clay/base/error.h"
+#include "clay/mesh/triangulate.h"
 #include "io/models/format_table.h"
 
 namespace argil::io {
