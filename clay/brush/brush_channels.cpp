@@ -94,8 +94,8 @@ std::vector<Coord> surfaceBricks(const Editor& editor, std::span<const Stamp> im
 
 namespace {
 
-// What the stamps of an application weigh at the voxels of a brick, and how far each voxel's part of the surface lies
-// within them.
+// Weights of an application's stamps at the voxels of a brick, and how far within the stamps each voxel's part of the
+// surface lies.
 struct StampWeights {
   float weight[kBrickVoxels] = {}, cover[kBrickVoxels] = {};
 };

@@ -44,8 +44,8 @@ class LaidShares {
 
 /// Applies an operation on colour, material or mask to the voxels of the band under the images, by their weight: set or
 /// blur. A mask holds colours and materials. What the editor has counts as one state: images that overlap act once.
-/// What is set ends at the stamp's border on the surface, over kPaintRim voxels. `laid`: of the stroke, empty when it
-/// begins.
+/// Sets channels up to the stamp's border on the surface, fading out over kPaintRim voxels. `laid`: of the stroke,
+/// empty when it begins.
 void applyToChannels(Editor& editor, const Brush& brush, const Operation& operation, std::span<const Stamp> images,
                      LaidShares& laid);
 

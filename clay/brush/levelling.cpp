@@ -21,8 +21,8 @@ namespace {
 // Voxels that phi moves at most in one part of an application: less than the band, so that what is known goes along
 // with the surface.
 constexpr float kMost = 1.5f;
-// What an application moves clay by at most, of its radius, so that a stroke does the same whatever the voxels are;
-// never less than so many voxels, and in no more parts than these.
+// Limits of how far one application moves clay: a part of the radius, so that a stroke does the same at any voxel size,
+// at least this many voxels, and in no more parts than these.
 constexpr double kMostOfRadius = 0.1, kLeastLimit = 0.5;
 constexpr int kMostParts = 8;
 // Clay that moves by this share of what a part may counts as kept back by that.
@@ -48,7 +48,7 @@ class Levelling : public DistanceMethod {
         rounds_(context.brush->quality.levelRounds),
         threads_(context.threads),
         build_(context.operation.method == Method::build),
-        // What stamps build adds up, so that those that are farther apart lay more: the plane lies higher.
+        // Stamps that build add up: those farther apart lay more, so their plane lies higher.
         perStamp_(build_ ? 1.0f : static_cast<float>(context.brush->perStamp)),
         above_(build_ ? raisedByStamp(*context.brush, context.operation) / kBuildShare : 0.0f) {}
 
@@ -183,7 +183,7 @@ Steps Levelling::begin(Sampler& before, std::span<const Stamp> images, std::span
     std::vector<SurfacePart> samples;
     std::optional<Fitted>& plane = planes_[i];
     plane.reset();
-    // Where nothing lies under the core of a tip that builds, what lies under all of it serves.
+    // Uses the surface under the whole tip where none lies under the core of a tip that builds.
     for (const double part : {kBuildCore, 1.0}) {
       if (plane || (part < 1 && !build_)) continue;
       Stamp fitted = images[i];

@@ -241,7 +241,7 @@ Vec3d Raising::lowered(const Vec3d& place, double radius) const {
   return loweredFromAfar(place, radius);
 }
 
-// The same farther off than distances are known: by the part of the surface that is nearest.
+// Lowers a place that lies farther off than distances are known, by the nearest part of the surface.
 Vec3d Raising::loweredFromAfar(const Vec3d& place, double radius) const {
   Sampler start(start_);
   const Vec3d nearest = place.array().round();

@@ -79,7 +79,7 @@ class Smoothing : public DistanceMethod {
     if (came_.size() == kTogether) came_.erase(came_.begin());  // it was in the air
     came_.emplace_back(images.begin(), images.end());
   }
-  // What the widest mean does not do at once is done in rounds, each of all the way.
+  // Splits a smoothing that the widest mean cannot do at once into rounds, each of the full strength.
   int parts(std::span<const Stamp> images) const override {
     if (spread_ == 1) return 1;
     const double rounds = wantedVariance(largestOf(images), spread_) / kVariance[2];

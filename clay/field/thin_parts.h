@@ -22,7 +22,7 @@ inline constexpr float kThinnest = 0.25f;
 /// than half of it by either, and a voxel beside a surface lies up to one below it.
 inline constexpr float kHiding = 2.0f;
 
-/// What an operation took away or filled because it was thinner than kThinnest.
+/// Amounts of clay and air that an operation dropped because they were thinner than kThinnest.
 struct ThinParts {
   uint64_t clayVoxels = 0;  ///< Voxels of clay that went.
   double clayVolume = 0;    ///< Volume of that clay, voxels³.
@@ -43,7 +43,7 @@ struct ThinParts {
 /// Voxels between faces that are the same, but for rounding.
 inline constexpr float kCoincident = 0.01f;
 
-/// Whether the surfaces of two solids face each other at a voxel and are so near that the distance to their
+/// Tells whether the surfaces of two solids face each other at a voxel and are so near that the distance to their
 /// intersection says nothing there: the intersection is thinner than kThinnest, or the solids are apart by less than
 /// kHiding. `pa`, `pb`: distances to both solids; `a(axis, step)`, `b(axis, step)`: those a step (−1 or 1) along an
 /// axis.
@@ -64,7 +64,7 @@ template <class A, class B>
     for (const int step : {-1, 1}) {
       const float nextA = a(axis, step), nextB = b(axis, step), riseA = nextA - pa, riseB = nextB - pb;
       if (std::abs(nextA) >= band || std::abs(nextB) >= band) continue;
-      // Where the intersection begins, distances outside of a solid are to its other faces, and rise less.
+      // Distances outside of a solid lead to its other faces where the intersection begins, and rise less.
       const bool same = std::abs(riseA + riseB) <= kSame, fallsA = riseA < -kBeside && riseB > kBeside,
                  fallsB = riseB < -kBeside && riseA > kBeside;
       const auto way = static_cast<float>(step);

@@ -26,7 +26,7 @@ void Feet(const float* padded, float band, float* foot) {
   forRows([&](int voxel) {
     const float* at = padded + paddedOffset((voxel >> 6) + 1, ((voxel >> 3) & 7) + 1, (voxel & 7) + 1);
     const Row u = hn::LoadU(d, at), twice = hn::Add(u, u);
-    // Where one side is not known the other one's difference goes on.
+    // Continues the difference of the other side where one side is not known.
     const auto slope = [&](int step) {
       const Row before = hn::LoadU(d, at - step), after = hn::LoadU(d, at + step);
       const Row low = hn::IfThenElse(isKnown(before), before, hn::Sub(twice, after));

@@ -323,7 +323,7 @@ void RaiseAtFeet(const float* broad, float band, std::span<const WeighedBall> ba
       known = hn::Or(known, told);
     }
     if (hn::AllFalse(d, known)) return hn::StoreU(own, d, phi + voxel);
-    // Where one side is not known the other one's difference goes on.
+    // Continues the difference of the other side where one side is not known.
     const Row twice = hn::Add(u, u);
     Row way[3], length2 = zero;
     for (int k = 0; k < 3; ++k) {
