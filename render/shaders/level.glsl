@@ -2,7 +2,8 @@
 // what render/view/lod.cpp finds, to the bit.
 #extension GL_EXT_buffer_reference : require
 
-const int kUnitsPerVoxel = 16384, kBrickEdge = 8, kLastLayerUnits = 7 * kUnitsPerVoxel / 2;
+const int kUnitsPerVoxel = 16384, kBrickEdge = 8, kLastLayerUnits = 6 * kUnitsPerVoxel,
+          kLastCreaseUnits = 7 * kUnitsPerVoxel / 2;
 const uint kOwn = 8;        // of Brick.flags: of the chunk itself
 const uint kMostBricks = 729;  // that one chunk's triangles name
 

@@ -20,9 +20,11 @@ ivec4 vertexAt(uint i) {
   v.xyz -= brick.zero.xyz;
   return v;
 }
-int groupOf(ivec3 at) {
+int groupOf(ivec4 vertex) {
+  const ivec3 at = vertex.xyz;
+  const int last = (vertex.w >> 16 & 1) != 0 ? kLastCreaseUnits : kLastLayerUnits;
   for (int axis = 0; axis < 3; ++axis)
-    if ((brick.flags >> axis & 1) != 0 && at[axis] >= kLastLayerUnits) return -1;
+    if ((brick.flags >> axis & 1) != 0 && at[axis] >= last) return -1;
   const int size = int(brick.flags >> 4), groups = (kBrickEdge + size - 1) / size;
   const ivec3 cell = clamp(at / kUnitsPerVoxel, 0, kBrickEdge - 1) / size;
   return (cell.x * groups + cell.y) * groups + cell.z;
@@ -34,7 +36,7 @@ ivec3 facing(int packed) {
   return ivec3((one - abs(v)) * (u < 0 ? -1 : 1), (one - abs(u)) * (v < 0 ? -1 : 1), up);
 }
 int clusterOf(ivec4 vertex) {
-  const int group = groupOf(vertex.xyz);
+  const int group = groupOf(vertex);
   if (group < 0) return -1;
   return 2 * group + (facing(vertex.w)[alongAxis[group]] < 0 ? 1 : 0);
 }
@@ -61,7 +63,7 @@ void main() {
   barrier();
   for (uint i = lane; i < brick.count; i += kLanes) {
     const ivec4 vertex = vertexAt(i);
-    const int group = groupOf(vertex.xyz);
+    const int group = groupOf(vertex);
     if (group < 0) continue;
     const ivec3 way = abs(facing(vertex.w));
     for (int axis = 0; axis < 3; ++axis) atomicAdd(spread[3 * group + axis], way[axis]);

@@ -2,6 +2,7 @@
 
 #include <tuple>
 
+#include "clay/surface/rim_vertices.h"
 #include "render/surface/chunk_works.h"
 
 namespace argil::render {
@@ -19,7 +20,10 @@ std::optional<RayHit> SurfaceLayout::raycast(const Ray& rayMm) const {
     forEachPlace(chunk.drawn, [&](size_t place) {
       const Coord coord = brickAt(chunk, place);
       const Vec3d base = (coord * clay::kBrickEdge).toVec3d();
-      if (enterBox(ray, base - Vec3d::Ones(), base + Vec3d::Constant(clay::kBrickEdge)) == kNever) return;
+      // A quad reaches one cell into the bricks below its own, a vertex on a crease out of its cell.
+      if (enterBox(ray, base - Vec3d::Constant(1 + clay::kVertexReach),
+                   base + Vec3d::Constant(clay::kBrickEdge + clay::kVertexReach)) == kNever)
+        return;
       const Bases bases = basesOf(lower, place);
       const auto corner = [&](clay::VertexRef ref) -> Vec3d {
         const int n = ref >> clay::kVertexRefBits;

@@ -11,7 +11,7 @@ namespace {
 
 constexpr uint16_t kNone = UINT16_MAX;
 /// Vertices on creases stand up to clay::kVertexReach outside of their cell.
-static_assert(kLastLayerUnits == int32_t((clay::kBrickEdge - 1 - clay::kVertexReach) * kUnitsPerVoxel));
+static_assert(kLastCreaseUnits == int32_t((clay::kBrickEdge - 1 - clay::kVertexReach) * kUnitsPerVoxel));
 
 /// Of the vertices in one group of cells: those on one side along the axis that most of them face along, so that a thin
 /// wall does not collapse and each side keeps its light.
@@ -65,9 +65,10 @@ void representatives(const clay::BrickMesh& mesh, int level, unsigned locked, st
     const Units at = inUnits(mesh.positions[i]);
     std::array<int, 3> cell;
     bool fixed = false;
+    const int32_t last = (mesh.normals[i].v & 1) != 0 ? kLastCreaseUnits : kLastLayerUnits;
     for (size_t axis = 0; axis < 3; ++axis) {
       cell[axis] = std::clamp(at[axis] / kUnitsPerVoxel, 0, clay::kBrickEdge - 1);
-      fixed |= (locked >> axis & 1) != 0 && at[axis] >= kLastLayerUnits;
+      fixed |= (locked >> axis & 1) != 0 && at[axis] >= last;
     }
     if (fixed) {
       cluster[i] = kNone;

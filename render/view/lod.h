@@ -23,7 +23,9 @@ using Units = std::array<int32_t, 3>;
 /// The nearest units of a place in a brick, or less than two bricks outside of it.
 [[nodiscard]] Units inUnits(const Vec3f& voxels);
 /// Vertices of a brick's last layer of cells lie behind this.
-inline constexpr int32_t kLastLayerUnits = 7 * kUnitsPerVoxel / 2;
+inline constexpr int32_t kLastLayerUnits = 6 * kUnitsPerVoxel;
+/// Those of them that stand on creases lie behind this.
+inline constexpr int32_t kLastCreaseUnits = 7 * kUnitsPerVoxel / 2;
 
 /// The vertex that stands for each vertex of `mesh` at `level` (1 to 4): of those in one group of cells that face the
 /// same half, the one nearest to their mean. Vertices that may belong to the brick's last layer of cells along an axis

@@ -276,7 +276,7 @@ TEST_F(ModelPicture, CoarserLevelsLeaveNoHolesAndKeepTheOutline) {
     EXPECT_LE(renderer_->drawStats().trianglesDrawn, triangles) << pixels;
     triangles = renderer_->drawStats().trianglesDrawn;
   }
-  EXPECT_LT(triangles, renderer_->triangleCount() / 7);
+  EXPECT_LT(triangles, renderer_->triangleCount() / 8);
 }
 
 }  // namespace

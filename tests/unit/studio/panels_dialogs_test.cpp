@@ -271,7 +271,7 @@ TEST_F(Dialogs, NothingMovesOnceWallsAreMeasured) {
   rig.until([&] { return pieces() == 1; }, "imported");
   const engine::Piece& piece = rig.bench.snapshot()->document->pieces[0];
   const auto box = engine::boundsOf(piece);
-  EXPECT_NEAR(piece.version.grid().voxelMm / (box.high - box.low).maxCoeff(), 0.24 / 100, 0.0001);
+  EXPECT_NEAR(piece.version.grid().voxelMm / (box.high - box.low).maxCoeff(), 0.15 / 100, 0.0001);
 }
 
 // Files that are dropped together are asked about one after the other; what is cancelled is left out alone.
