@@ -31,12 +31,9 @@ OneWay summed(std::vector<double> squared, const std::vector<Vec3d>& places) {
   return way;
 }
 
-// `nearest`: takes the index of the nearest triangle for each place, unless null.
-std::vector<double> squaresFrom(const std::vector<Vec3d>& from, const TriangleMesh& to, int threads,
-                                std::vector<uint32_t>* nearest = nullptr) {
+std::vector<double> squaresFrom(const std::vector<Vec3d>& from, const TriangleMesh& to, int threads) {
   const NearestTriangle tree(to);
   std::vector<double> squared(from.size());
-  if (nearest) nearest->resize(from.size());
   parallelBlocks(
       from.size(), threads,
       [&](size_t begin, size_t end) {
@@ -45,7 +42,6 @@ std::vector<double> squaresFrom(const std::vector<Vec3d>& from, const TriangleMe
           const NearestTriangle::Hit hit = tree.nearest(from[i], hint);
           hint = hit.triangle;
           squared[i] = hit.squared;
-          if (nearest) (*nearest)[i] = hit.triangle;
         }
       },
       kBlock);
@@ -196,8 +192,7 @@ PatchDeviation deviationOf(const PatchSurface& surface, const TriangleMesh& clay
   PatchDeviation deviation;
   const std::vector<double> there = squaresFrom(mesh.positions, clay, threads);
   part.step(0.5);
-  std::vector<uint32_t> nearest;
-  const std::vector<double> back = squaresFrom(clay.positions, mesh, threads, &nearest);
+  const std::vector<double> back = squaresFrom(clay.positions, mesh, threads);
   part.step(1);
   deviation.fromPatches = summed(there, mesh.positions);
   deviation.fromClay = summed(back, clay.positions);
@@ -214,28 +209,15 @@ PatchDeviation deviationOf(const PatchSurface& surface, const TriangleMesh& clay
   // A surface that turns evenly by t from place to place, l apart, strays from the triangles between them by l·t/4 at
   // most (what lies under a right-angled one on a ball), and so does the other.
   const PatchNormals normals(surface, mesh, perSpan);
-  std::vector<double> bends(mesh.triangles.size());  // in a length of a triangle's longest side, over its square
-  for (size_t t = 0; t < mesh.triangles.size(); ++t) {
-    double longest = 0;
+  for (size_t t = 0; t < mesh.triangles.size(); ++t)
     for (size_t s = 0; s < 3; ++s) {
       const uint32_t from = mesh.triangles[t][s], to = mesh.triangles[t][(s + 1) % 3];
-      const double length = (mesh.positions[from] - mesh.positions[to]).norm();
-      const double bend =
-          0.5 * length * normals.clearAt(t, s).normalized().cross(normals.clearAt(t, (s + 1) % 3).normalized()).norm();
+      const double bend = 0.5 * (mesh.positions[from] - mesh.positions[to]).norm() *
+                          normals.clearAt(t, s).normalized().cross(normals.clearAt(t, (s + 1) % 3).normalized()).norm();
       deviation.boundMm = std::max(deviation.boundMm, std::sqrt(std::max(there[from], there[to])) + bend);
-      bends[t] = std::max(bends[t], bend);
-      longest = std::max(longest, length);
     }
-    if (longest > 0) bends[t] /= longest * longest;
-  }
-  // The clay's triangles are flat: between their corners only the patches bend, as they do around the nearest places.
-  for (const auto& t : clay.triangles)
-    for (size_t s = 0; s < 3; ++s) {
-      const uint32_t from = t[s], to = t[(s + 1) % 3];
-      const double bend = 0.5 * (clay.positions[from] - clay.positions[to]).squaredNorm() *
-                          std::max(bends[nearest[from]], bends[nearest[to]]);
-      deviation.boundMm = std::max(deviation.boundMm, std::sqrt(std::max(back[from], back[to])) + bend);
-    }
+  // The clay's triangles are flat and the clay is not: of it the places that were looked at count.
+  deviation.boundMm = std::max(deviation.boundMm, deviation.mostMm());
   return deviation;
 }
 

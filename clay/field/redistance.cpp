@@ -54,6 +54,10 @@ std::vector<Coord> linkSettled(Editor& editor, std::span<const SettledBrick> set
 
 namespace {
 
+// Voxels from the band's end up to which distances that nothing supports may stay.
+constexpr float kAlone = 0.3f;
+constexpr float kSame = 1e-6f;  // voxels between a distance and itself
+
 std::vector<SettledBrick> solve(const Sampler& before, Editor& editor, std::span<const Coord> coords,
                                 std::span<const Renew> renew, std::span<const uint8_t> wanted, int threads,
                                 const Redistancing& options, const StandsTest* stands = nullptr) {
@@ -92,11 +96,14 @@ std::vector<SettledBrick> solve(const Sampler& before, Editor& editor, std::span
     float solved[kBrickVoxels];
     for (int v = 0; v < kBrickVoxels; ++v) {
       const float size = std::abs(old[v]);
-      solved[v] = solver.values(i)[v];
-      if (solved[v] - size < most) continue;
-      if ((*stands)(coords[i] * kBrickEdge + Coord{v >> 6, (v >> 3) & 7, v & 7}, old[v])) solved[v] = size;
+      const float now = solver.values(i)[v];
+      bool stays = std::abs(now - size) < most;
+      // Where nothing is in reach a distance has no tolerance.
+      if (now - size >= most || (now >= band && size < band - kAlone))
+        stays = (*stands)(coords[i] * kBrickEdge + Coord{v >> 6, (v >> 3) & 7, v & 7}, old[v]);
+      solved[v] = stays ? size : now;
     }
-    return settleDistance(old, solved, band, most, brick);
+    return settleDistance(old, solved, band, kSame, brick);
   });
 }
 

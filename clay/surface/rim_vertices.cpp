@@ -34,6 +34,14 @@ constexpr int kLeastForeign = 3;
 constexpr float kBorrowed = 0.05f;
 // The cosine between the normals of faces that meet at 87°.
 constexpr float kAcuteCosine = -0.05f;
+// The same for the planes that a fit starts from: at 81°.
+constexpr float kAcuteStart = -0.15f;
+// At 73°: no right angle whatever the fit makes of it.
+constexpr float kSurelyAcuteCosine = -0.3f;
+// Voxels from the middle of a group to its rim, at most.
+constexpr float kRimFarthest = 6;
+// Voxels from a face's vertex to the face that it meets in a rim.
+constexpr float kRimReach = 2.5f;
 // And of planes that may turn out to be of such faces: at 100°.
 constexpr float kBluntCosine = 0.17f;
 // Cells so far from a hard one, along each axis, are fitted too.
@@ -341,7 +349,7 @@ class RimFits {
       model.reset();
       if (more) run(group, start, model);
     }
-    if (model && !(isGood(*model, group) && isAcute(*model))) model.reset();
+    if (model && !(isGood(*model, group) && isAcute(*model, start))) model.reset();
   }
 
   [[nodiscard]] const RimModel* of(int group) const {
@@ -354,17 +362,19 @@ class RimFits {
     return model.fit().worst < sizeOf(group).mostWorst && model.fit().misfit < sizeOf(group).mostMisfit;
   }
 
-  // Whether two of the faces meet at less than a right angle. What is blunter planes tell as well, and a rounded edge
-  // is not taken for a rim.
-  static bool isAcute(const RimModel& model) {
-    std::array<Vec3f, kMostRimFaces> g;
-    bool acute = false;
-    for (int k = 0; k < model.fit().faces; ++k) {
-      (void)model.distance(k, Vec3f::Zero(), g[static_cast<size_t>(k)]);
-      for (int j = 0; j < k; ++j)
-        acute = acute || g[static_cast<size_t>(k)].dot(g[static_cast<size_t>(j)]) < kAcuteCosine;
-    }
-    return acute;
+  // Whether two of the faces meet near the group at less than a right angle. What is blunter planes tell as well, and a
+  // rounded edge is not taken for a rim. Voxels beside an edge tell a face's slope from its bend badly: the planes that
+  // the fit started from must be acute as well, or the faces very much so.
+  static bool isAcute(const RimModel& model, const Start& start) {
+    for (size_t i = 1; i < static_cast<size_t>(model.fit().faces); ++i)
+      for (size_t j = 0; j < i; ++j) {
+        Vec3f rim = Vec3f::Zero();
+        std::array<Vec3f, kMostRimFaces> g;
+        if (!model.meet(1u << i | 1u << j, kRimFarthest, rim, g)) continue;
+        const float most = start.normal[i].dot(start.normal[j]) < kAcuteStart ? kAcuteCosine : kSurelyAcuteCosine;
+        if (g[0].dot(g[1]) < most) return true;
+      }
+    return false;
   }
 
   // The exact voxels around a group's middle.
@@ -469,6 +479,17 @@ struct PlacedVertex {
   bool sharp = false;
 };
 
+// Whether a face meets another one at less than a right angle beside a place on it.
+bool hasRimBeside(const RimModel& model, int face, const Vec3f& p, const Vec3f& gradient) {
+  bool beside = false;
+  for (int k = 0; k < model.fit().faces; ++k) {
+    Vec3f other;
+    if (k == face || std::abs(model.distance(k, p, other)) > kRimReach) continue;
+    beside = beside || other.dot(gradient) < kAcuteCosine;
+  }
+  return beside;
+}
+
 std::optional<PlacedVertex> place(const FieldBlock& block, const CellModel& cell, const RimSuspect& s) {
   const RimModel& model = *cell.model;
   const std::array<int, 3> low{(s.cell >> 6) + kMargin, (s.cell >> 3 & 7) + kMargin, (s.cell & 7) + kMargin};
@@ -508,10 +529,16 @@ std::optional<PlacedVertex> place(const FieldBlock& block, const CellModel& cell
   placed.at = p - cell.low;
   placed.normal = Vec3f::Zero();
   const auto n = static_cast<size_t>(std::popcount(faces));
+  bool acute = n == 1 && hasRimBeside(model, std::countr_zero(faces), p, gradients[0]);
   for (size_t i = 0; i < n; ++i) {
     placed.normal += gradients[i];
-    for (size_t j = 0; j < i; ++j) placed.sharp = placed.sharp || 1 - gradients[i].dot(gradients[j]) > kLeastTurn;
+    for (size_t j = 0; j < i; ++j) {
+      const float cosine = gradients[i].dot(gradients[j]);
+      placed.sharp = placed.sharp || 1 - cosine > kLeastTurn;
+      acute = acute || cosine < kAcuteCosine;
+    }
   }
+  if (!acute) return std::nullopt;
   if (!(placed.normal.squaredNorm() > 1e-4f)) placed.normal = gradients[0];
   return placed;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <mutex>
+#include <utility>
 
 #include "clay/field/redistance.h"
 #include "clay/field/region_work.h"
@@ -86,6 +87,11 @@ class Combiner {
       facing_.add(voxel, turnA_ ? value <= 0 : value < 0);
     }
   }
+  /// Whether a voxel is in the intersection, as far as that is not too thin.
+  [[nodiscard]] bool isInside(Coord voxel) const {
+    const float phi = editor_.find(voxel >> kBrickBits).phi(Brick::offset(voxel.x & 7, voxel.y & 7, voxel.z & 7), 1);
+    return turnA_ ? phi >= 0 : phi < 0;
+  }
   /// Whether the distance that combine() gave a voxel is one to the new surface.
   [[nodiscard]] bool stands(Coord voxel) {
     const float band = editor_.grid().band;
@@ -97,8 +103,18 @@ class Combiner {
         [&](int axis, int step) { return turned(turnA_, fieldA_.voxel(beside(voxel, axis, step))); },
         [&](int axis, int step) { return turned(turnB_, fieldB_.voxel(beside(voxel, axis, step))); },
         [&](const Vec3d& p) {
-          return std::max(turned(turnA_, fieldA_.trilinear(p)), turned(turnB_, fieldB_.trilinear(p)));
+          const float value = std::max(turned(turnA_, fieldA_.trilinear(p)), turned(turnB_, fieldB_.trilinear(p)));
+          if (value > band || anyInside(p, [&](Coord at) { return isInside(at); })) return value;
+          fallen_.push_back(voxel >> kBrickBits);
+          return band;
         });
+  }
+  /// Bricks where distances did not stand because what they were measured to is too thin, since it was asked last;
+  /// sorted.
+  [[nodiscard]] std::vector<Coord> takeFallen() {
+    std::sort(fallen_.begin(), fallen_.end());
+    fallen_.erase(std::unique(fallen_.begin(), fallen_.end()), fallen_.end());
+    return std::exchange(fallen_, {});
   }
   /// Voxels where both surfaces face each other.
   [[nodiscard]] const ThinVoxels& facing() const { return facing_; }
@@ -228,7 +244,7 @@ class Combiner {
   bool turnA_, turnB_, channels_, channelsB_;
   ThinVoxels facing_;
   Sampler fieldA_, fieldB_;
-  std::vector<Coord> creases_, met_;
+  std::vector<Coord> creases_, met_, fallen_;
   uint64_t done_ = 0, all_;
   WorkPart part_;
 };
@@ -391,9 +407,17 @@ Version combineOnGrid(const Version& a, const Version& b, Combination how, float
     // Where more than two surfaces meet, the line between two of them may be cut off by the third, and where they only
     // come near each other there is no such line: values that nothing beside them supports go, and none is farther from
     // the surface than its neighbours allow.
-    redistanceAll(editor, changed, part.part(shape, 0.9), kExactTolerance,
-                  [&](Coord voxel, float) { return combiner.stands(voxel); });
+    const auto stands = [&](Coord voxel, float) { return combiner.stands(voxel); };
+    redistanceAll(editor, changed, part.part(shape, 0.9), kExactTolerance, stands);
+    for (int round = 0; round < kFallenRounds; ++round) {
+      const std::vector<Coord> fallen = combiner.takeFallen();
+      if (fallen.empty()) break;
+      const std::vector<Coord> around = bricksAround(editor, fallen);
+      redistanceAll(editor, around, WorkPart(nullptr), kExactTolerance, stands);
+      changed.insert(changed.end(), around.begin(), around.end());
+    }
     std::sort(changed.begin(), changed.end());
+    changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
     std::erase_if(changed, [&](Coord c) { return !editor.find(c).brick(); });
     limitSlopes(editor, changed, threads, part.part(0.9, 0.98));
   }

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <thread>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -53,8 +54,17 @@ class Cutter {
     std::sort(ends_.begin(), ends_.end());
     ends_.erase(std::unique(ends_.begin(), ends_.end()), ends_.end());
     Sampler field(version_);
-    redistanceAll(editor_, ends_, part.part(0, 0.8), kExactTolerance,
-                  [&](Coord voxel, float) { return stands(field, voxel); });
+    const auto test = [&](Coord voxel, float) { return stands(field, voxel); };
+    redistanceAll(editor_, ends_, part.part(0, 0.8), kExactTolerance, test);
+    for (int round = 0; round < kFallenRounds && !fallen_.empty(); ++round) {
+      std::sort(fallen_.begin(), fallen_.end());
+      fallen_.erase(std::unique(fallen_.begin(), fallen_.end()), fallen_.end());
+      const std::vector<Coord> around = bricksAround(editor_, std::exchange(fallen_, {}));
+      redistanceAll(editor_, around, WorkPart(nullptr), kExactTolerance, test);
+      ends_.insert(ends_.end(), around.begin(), around.end());
+    }
+    std::sort(ends_.begin(), ends_.end());
+    ends_.erase(std::unique(ends_.begin(), ends_.end()), ends_.end());
     std::erase_if(ends_, [&](Coord each) { return !editor_.find(each).brick(); });
     limitSlopes(editor_, ends_, threads_, part.part(0.8, 1));
     keepChannels(editor_, version_);
@@ -166,7 +176,7 @@ class Cutter {
         [&](int axis, int step) { return static_cast<float>(distance(beside(voxel, axis, step).toVec3d())); });
   }
   // Whether the distance that a voxel was given is one to the new surface.
-  [[nodiscard]] bool stands(Sampler& field, Coord voxel) const {
+  [[nodiscard]] bool stands(Sampler& field, Coord voxel) {
     const float own = field.voxel(voxel), off = static_cast<float>(distance(voxel.toVec3d()));
     if (facing_.holds(voxel)) return false;
     if (std::max(own, off) <= 0) return true;
@@ -174,7 +184,15 @@ class Cutter {
         voxel.toVec3d(), own, off, version_.grid().band,
         [&](int axis, int step) { return field.voxel(beside(voxel, axis, step)); },
         [&](int axis, int step) { return static_cast<float>(distance(beside(voxel, axis, step).toVec3d())); },
-        [&](const Vec3d& p) { return std::max(field.trilinear(p), static_cast<float>(distance(p))); });
+        [&](const Vec3d& p) {
+          const auto inside = [&](Coord at) {
+            return editor_.find(at >> kBrickBits).phi(Brick::offset(at.x & 7, at.y & 7, at.z & 7), 1) < 0;
+          };
+          const float value = std::max(field.trilinear(p), static_cast<float>(distance(p)));
+          if (value > version_.grid().band || anyInside(p, inside)) return value;
+          fallen_.push_back(voxel >> kBrickBits);
+          return version_.grid().band;
+        });
   }
   // Where the cut runs along the surface.
   void removeFilms() {
@@ -198,6 +216,8 @@ class Cutter {
   int threads_;
   ThinParts* gone_;
   ThinVoxels facing_{Tile::outside};
+  // Bricks where distances did not stand because what they were measured to is too thin.
+  std::vector<Coord> fallen_;
   std::vector<Coord> cutBricks_;
   std::vector<Coord> ends_;  // with voxels whose distance was measured to what the other side took away
 };

@@ -61,6 +61,28 @@ template <class A, class B>
   return std::min(std::sqrt((high * high + low * low - 2 * cosine * high * low) / (1 - cosine * cosine)), band);
 }
 
+/// Voxels from the tip of a wedge to the first voxel in it: farther from any voxel of the intersection a face is
+/// thinner than the voxels tell, and is none.
+inline constexpr int kTipReach = 3;
+
+/// Whether a voxel within kTipReach of a place is in the intersection of two solids; `inside(voxel)`: whether it is.
+template <class Inside>
+[[nodiscard]] bool anyInside(const Vec3d& place, const Inside& inside) {
+  const Coord middle{static_cast<int32_t>(std::lround(place.x())), static_cast<int32_t>(std::lround(place.y())),
+                     static_cast<int32_t>(std::lround(place.z()))};
+  for (int reach = 0; reach <= kTipReach; ++reach)
+    for (int x = -reach; x <= reach; ++x)
+      for (int y = -reach; y <= reach; ++y)
+        for (int z = -reach; z <= reach; ++z) {
+          if (std::max({std::abs(x), std::abs(y), std::abs(z)}) != reach) continue;
+          if (inside(middle + Coord{x, y, z})) return true;
+        }
+  return false;
+}
+
+/// Distances to faces that are none reach other distances, too: how often these are looked at again.
+inline constexpr int kFallenRounds = 3;
+
 /// Whether the surface of the intersection of two solids lies where the distance of a voxel outside of it was measured
 /// to: on one of both surfaces, in the other solid, or on the line where both meet. `at(place)`: the larger of both
 /// distances there; `voxel`: where `pa`, `pb` are those distances.

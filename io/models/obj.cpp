@@ -11,8 +11,8 @@
 #include "io/bytes/text_cursor.h"
 #include "io/models/colour_list.h"
 #include "io/models/format_table.h"
-#include "io/models/mtl.h"
 #include "io/models/mesh_file.h"
+#include "io/models/mtl.h"
 
 namespace argil::io {
 

@@ -38,16 +38,25 @@ inline double enterBox(const Ray& ray, const Vec3d& min, const Vec3d& max) {
   return first <= last ? first : kNever;
 }
 
-/// Möller and Trumbore, "Fast, minimum storage ray/triangle intersection" (1997), both sides.
+/// Where the ray meets the triangle, from either side; no ray passes between triangles that share an edge or a corner.
+/// Woop, Benthin and Wald, "Watertight ray/triangle intersection" (2013).
 inline double hitTriangle(const Ray& ray, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
-  const Vec3d ab = b - a, ac = c - a, p = ray.direction.cross(ac);
-  const double determinant = ab.dot(p);
-  if (determinant == 0) return kNever;
-  const Vec3d s = ray.origin - a;
-  const double u = s.dot(p) / determinant;
-  const Vec3d q = s.cross(ab);
-  const double v = ray.direction.dot(q) / determinant, t = ac.dot(q) / determinant;
-  return u >= 0 && v >= 0 && u + v <= 1 && t >= ray.first && t <= ray.last ? t : kNever;
+  const Vec3d size = ray.direction.cwiseAbs();
+  const int z = size.x() > size.y() ? (size.x() > size.z() ? 0 : 2) : (size.y() > size.z() ? 1 : 2);
+  const int x = (z + 1) % 3, y = (z + 2) % 3;
+  const double shearX = ray.direction[x] / ray.direction[z], shearY = ray.direction[y] / ray.direction[z];
+  // Corners as the ray sees them: the same numbers whichever triangle they belong to.
+  const auto seen = [&](const Vec3d& corner) {
+    const Vec3d from = corner - ray.origin;
+    return Vec3d(from[x] - shearX * from[z], from[y] - shearY * from[z], from[z] / ray.direction[z]);
+  };
+  const Vec3d p = seen(a), q = seen(b), r = seen(c);
+  const double u = r.x() * q.y() - r.y() * q.x(), v = p.x() * r.y() - p.y() * r.x(), w = q.x() * p.y() - q.y() * p.x();
+  if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) return kNever;
+  const double sum = u + v + w;
+  if (sum == 0) return kNever;  // Seen from its edge.
+  const double t = (u * p.z() + v * q.z() + w * r.z()) / sum;
+  return t >= ray.first && t <= ray.last ? t : kNever;
 }
 
 }  // namespace argil::render

@@ -72,6 +72,28 @@ std::vector<Vec3d> surfacePoints(const Version& version, size_t most) {
   return some;
 }
 
+// Voxels outside, a voxel or less from the surface, that have none of its clay within `reach` along each axis: what
+// they were measured to is not there.
+size_t measuredToNothing(const Version& version, int reach) {
+  Sampler field(version);
+  size_t count = 0;
+  version.forEachBrick([&](const Brick& brick) {
+    for (int v = 0; v < kBrickVoxels; ++v) {
+      const Coord at = brick.coord * kBrickEdge + Coord{v >> 6, (v >> 3) & 7, v & 7};
+      const float phi = field.voxel(at);
+      if (phi < 0 || phi > 1) continue;
+      bool found = false;
+      for (int size = 1; size <= reach && !found; ++size)
+        for (int x = -size; x <= size && !found; ++x)
+          for (int y = -size; y <= size && !found; ++y)
+            for (int z = -size; z <= size && !found; z += std::max(std::abs(x), std::abs(y)) == size ? 1 : 2 * size)
+              found = field.voxel(at + Coord{x, y, z}) < 0;
+      count += !found;
+    }
+  });
+  return count;
+}
+
 // Each operation did what it is for: an operation that gives its input back, or one that does something else, fails
 // here.
 TEST(WholePieces, ResultsAreWhatTheOperationSays) {
@@ -100,6 +122,8 @@ TEST(WholePieces, ResultsAreWhatTheOperationSays) {
       EXPECT_EQ(readAt(both, p).mm < 0, a < 0 && b < 0);
     }
     EXPECT_GT(decided, 3000u);
+    // Slivers that no voxel holds are gone with their distances; tips of wedges are up to three voxels from a voxel.
+    for (const Version* each : {&clay, &join, &cut, &both}) EXPECT_EQ(measuredToNothing(*each, 5), 0u);
 
     // An offset outwards lies `mm` from the old surface everywhere; inwards it lies at least so far.
     for (const double mm : {1.7, -1.1}) {
@@ -119,8 +143,8 @@ TEST(WholePieces, ResultsAreWhatTheOperationSays) {
         EXPECT_EQ(readAt(clay, p).mm > 0, mm > 0);
       }
       EXPECT_LE(sum / double(there.size()), 0.1 * voxel) << mm;
-      EXPECT_GE(least, std::abs(mm) - 2 * voxel) << mm;  // draft vertices cut creases off
-      EXPECT_LE(most, std::abs(mm) + 2 * voxel) << mm;
+      EXPECT_GE(least, std::abs(mm) - 2 * voxel) << mm;   // draft vertices cut creases off
+      EXPECT_LE(most, std::abs(mm) + 2.5 * voxel) << mm;  // beside a tip that triangles do not reach
     }
 
     // A shell has clay beside its outer surface and none in its depth.

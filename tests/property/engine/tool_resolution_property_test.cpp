@@ -246,8 +246,9 @@ TEST_P(EveryToolAgainstItself, LeavesTheSameOnCoarseVoxelsAsOnFineOnes) {
     const std::vector<Piece> field = onField(coarse.after, pieces);
     EXPECT_GE(double(field.size()), 0.97 * double(pieces.size())) << row().id << ' ' << column.name;
     const FineSurface::Off off = FineSurface(fine.after).compare(field);
-    std::printf("%s, %s: %.3f voxels p99, %.2f %% of the area, of %zu pieces\n", row().id.data(), column.name, off.p99,
-                100 * off.share, field.size());
+    const FineSurface::Off own = FineSurface(fine.after).compare(pieces);
+    std::printf("%s, %s: field %.3f voxels p99, %.2f %% of the area, of %zu pieces; surface %.3f, %.2f %%\n",
+                row().id.data(), column.name, off.p99, 100 * off.share, field.size(), own.p99, 100 * own.share);
     const Allowed allowed = allowedFor(row().id);
     EXPECT_LE(off.p99, allowed.distance) << row().id << ' ' << column.name;
     EXPECT_LE(off.share, allowed.share) << row().id << ' ' << column.name;

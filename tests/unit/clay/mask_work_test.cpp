@@ -83,8 +83,8 @@ TEST(MaskWork, BlurKeepsTheMiddleAndSoftensTheRim) {
     between += maskAt(soft, at) > 0 && maskAt(soft, at) < 255;
     sharp += maskAt(version, at) > 0 && maskAt(version, at) < 255;
   });
-  EXPECT_EQ(sharp, 0u);
-  EXPECT_GT(between, 500u);
+  EXPECT_GT(sharp, 0u) << "its rim is within a voxel";
+  EXPECT_GT(between, 3 * sharp);
   EXPECT_THROW((void)blurMask(version, 0), Error);
 }
 

@@ -194,7 +194,7 @@ TEST_F(Picture, APlaneIsAThinLineOnTheClay) {
     mark.pointMm = {x, 5, 1};
     mark.normal = {2, 0, 0};
     mark.line = {1, 0, 0, 1};
-    mark.widthPixels = 6;  // Of a picture 720 high: 1.7 of this one.
+    mark.widthPixels = 3;
     overlays.planes = {mark};
     const Image image = draw(from, kBare, overlays);
     const double at = 0.5 * kWidth + x * pixelsPerMm;

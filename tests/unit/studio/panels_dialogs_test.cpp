@@ -330,7 +330,10 @@ TEST_F(Dialogs, ExportProposesTheDocumentsOwnName) {
   // What the field holds, as a person copies it.
   const auto name = [&] {
     rig.click(rig.find("Export", {"##name"}));
-    return std::string(GImGui->InputTextState.TextA.Data);
+    std::string held = GImGui->InputTextState.TextA.Data;
+    ImGui::ClearActiveID();  // The next click selects all of it again.
+    rig.frames(2);
+    return held;
   };
   EXPECT_EQ(name(), "Block");
   rig.state.shown.exporting = false;

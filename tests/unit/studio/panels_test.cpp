@@ -81,6 +81,7 @@ TEST(Panels, EveryParameterOfAToolHasASlider) {
           (id == "material" && tool.id != "invisible"))
         continue;
       if (parameter.get(rig.state.tool()) >= parameter.high) parameter.change(rig.state.tool(), parameter.low);
+      rig.state.tool().soft = id == "depth";  // The rows of the tip are those of a hard cut.
       const ImVec2 at = rig.find("Settings", {id.c_str(), "bar"});
       ASSERT_FALSE(std::isnan(at.x)) << tool.id << " " << id;
       const double before = parameter.get(rig.state.tool());
@@ -256,6 +257,8 @@ TEST_F(ThingsList, ADraggedSliderIsOneStep) {
   rig.frames(2);
   const int number = int(rig.state.selected);
   ImGuiWindow* window = ImGui::FindWindowByName("Settings");
+  ImGui::SetScrollY(window, window->ScrollMax.y);  // The guide's rows are the last ones.
+  rig.frames(2);
   const ImGuiID id = ImHashStr("bar", 0, ImHashStr("rangeMm", 0, ImHashData(&number, sizeof number, window->ID)));
   const ImVec2 at = rig.findId(window, id);
   ASSERT_FALSE(std::isnan(at.x));
@@ -278,6 +281,8 @@ TEST_F(ThingsList, TwoSlidersDraggedWhileTheEditThreadIsBusyAreBothChanged) {
   rig.frames(2);
   const int number = int(id);
   ImGuiWindow* window = ImGui::FindWindowByName("Settings");
+  ImGui::SetScrollY(window, window->ScrollMax.y);
+  rig.frames(2);
   const auto bar = [&](const char* row) {
     return rig.findId(window, ImHashStr("bar", 0, ImHashStr(row, 0, ImHashData(&number, sizeof number, window->ID))));
   };

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "clay/field/primitives.h"
+#include "clay/store/store.h"
 #include "panels_rig.h"
 #include "widget_rig.h"
 
@@ -123,9 +125,15 @@ TEST_F(SeveralThings, AreThePiecesOfACombination) {
   EXPECT_NE(document().piece(ball), nullptr) << "the one that was selected first is cut, the other cuts";
 }
 
+engine::Piece ball() {
+  engine::Piece piece;
+  piece.version = clay::makeSphere(clay::Store::make(), clay::Grid{1.0}, Vec3d::Zero(), 3);
+  return piece;
+}
+
 TEST(WidgetsOfSeveral, AMoveAndATurnOfOneTakeTheOthersAlong) {
   test::Rig rig;
-  engine::Piece piece;
+  engine::Piece piece = ball();
   piece.pose.translation = Vec3d(0, 0, 0);
   const Id first = rig.document.add(piece);
   piece.pose.translation = Vec3d(20, 0, 0);
@@ -162,7 +170,7 @@ TEST(WidgetsOfSeveral, AMoveAndATurnOfOneTakeTheOthersAlong) {
 
 TEST(WidgetsOfSeveral, EscapeBringsAllBack) {
   test::Rig rig;
-  engine::Piece piece;
+  engine::Piece piece = ball();
   const Id first = rig.document.add(piece);
   piece.pose.translation = Vec3d(20, 0, 0);
   const Id second = rig.document.add(piece);
@@ -182,8 +190,8 @@ TEST(WidgetsOfSeveral, EscapeBringsAllBack) {
 
 TEST(WidgetsOfSeveral, AClickWithControlAddsAndTakesAway) {
   test::Rig rig;
-  const Id first = rig.document.add(engine::Piece());
-  const Id second = rig.document.add(engine::Piece());
+  const Id first = rig.document.add(ball());
+  const Id second = rig.document.add(ball());
   Id under = first;
   const auto click = [&](bool adds) {
     World world = rig.world();
@@ -212,7 +220,7 @@ TEST(WidgetsOfScale, APieceGrowsAboutItsMiddleByAnyOfItsHandles) {
   for (int i = -1; i < 4; ++i) {
     SCOPED_TRACE(i);
     test::Rig rig;
-    engine::Piece piece;
+    engine::Piece piece = ball();
     piece.pose.translation = Vec3d(5, 0, -7);
     const Id id = rig.document.add(piece);
     rig.state.selected = id;

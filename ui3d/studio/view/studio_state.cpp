@@ -43,7 +43,7 @@ namespace {
 
 // What the studio's tools begin with beside their rows' own values, which scripts keep to: a carving stroke by mouse or
 // pen is shallow and soft, and a pass of Smooth evens out bumps as coarse as the tip.
-constexpr double kSoftByPressure = 0.9, kEvenOut = 12;
+constexpr double kSoftByPressure = 0.9, kEvenOut = 12, kSmoothStrength = 0.75;
 constexpr std::string_view kSoftOpposite = "clay";
 
 void scaleLengths(const engine::ToolRow& row, engine::Tool& tool, double factor) {
@@ -59,7 +59,7 @@ engine::Tool StudioState::newTool(const engine::ToolRow& row) const {
     made.soft = true;
     made.strengthByPressure = kSoftByPressure;
   }
-  if (row.id == "smooth") made.evenOut = kEvenOut;
+  if (row.id == "smooth") made.evenOut = kEvenOut, made.strength = kSmoothStrength;
   if (sizedForMm != kUsualMm) scaleLengths(row, made, sizedForMm / kUsualMm);
   return made;
 }

@@ -359,7 +359,7 @@ TEST(FitQuads, GoAroundPegs) {
     fitQuads(mesh, maker.surface(), maker.tree(), maker.creases(), 2, WorkPart(nullptr));
     const Deviation after = deviation(maker.surface(), trianglesOf(mesh));
     EXPECT_LT(after.most(), before.most());
-    EXPECT_LT(after.rmsMm, 0.55 * before.rmsMm);
+    EXPECT_LT(after.rmsMm, 0.7 * before.rmsMm);
   }
 }
 
