@@ -26,7 +26,7 @@ class Sweep : public DistanceMethod {
 
   double reach(const Stamp& stamp) const override { return stamp.largestRadius() * aroundTip(*brush_) + band_; }
   bool everywhere() const override { return true; }
-  Renew leaves() const override { return blend_ == 0 ? Renew::none : Renew::slopes; }
+  Renew leaves() const override { return blend_ == 0 ? Renew::none : Renew::all; }
 
   // A blend is that of the clay before the stroke with all that the tip swept so far: it does not grow with the count
   // of stamps. Where that clay had no surface it is laid on.
@@ -56,8 +56,7 @@ class Sweep : public DistanceMethod {
   }
 
   bool brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const override {
-    if (const auto it = swept_.find(coord); it != swept_.end())
-      return blended(before.slot(coord), coord, *it->second, phi);
+    if (const auto it = swept_.find(coord); it != swept_.end()) return blended(coord, *it->second, phi);
     float distance[kBrickVoxels], one[kBrickVoxels];
     for (size_t i = 0; i < images.size(); ++i) {
       tipDistances(*brush_, images[i], coord, i == 0 ? distance : one);
@@ -76,15 +75,16 @@ class Sweep : public DistanceMethod {
   using Swept = std::array<float, kBrickVoxels>;
   static constexpr float kMostBlend = 64;
 
-  bool blended(Slot slot, Coord coord, const Swept& swept, float (&phi)[kBrickVoxels]) const {
-    BrickValues nowScratch, wasScratch;
-    const BrickValues &now = slot.values(nowScratch, band_), &was = base_.find(coord).values(wasScratch, band_);
+  // Whatever the clay is by now: distances of a blend are renewed after each stamp, and what that moves would add up.
+  bool blended(Coord coord, const Swept& swept, float (&phi)[kBrickVoxels]) const {
+    BrickValues scratch;
+    const BrickValues& was = base_.find(coord).values(scratch, band_);
     for (int v = 0; v < kBrickVoxels; ++v) {
       const float old = was[v], d = swept[static_cast<size_t>(v)];
       const float near = std::max(blend_ - std::abs(old - d), 0.0f) / blend_;
       // Nothing is blended with what is not known: so it is laid on alone where the clay or the tip is a band away.
       const float known = std::min(std::max(band_ - old, 0.0f), 1.0f) * std::min(std::max(band_ - d, 0.0f), 1.0f);
-      phi[v] = std::min(now[v], std::min(old, d) - near * near * known * (blend_ * 0.25f));
+      phi[v] = std::min(old, d) - near * near * known * (blend_ * 0.25f);
     }
     return true;
   }

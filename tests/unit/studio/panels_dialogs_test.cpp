@@ -330,10 +330,7 @@ TEST_F(Dialogs, ExportProposesTheDocumentsOwnName) {
   // What the field holds, as a person copies it.
   const auto name = [&] {
     rig.click(rig.find("Export", {"##name"}));
-    std::string held = GImGui->InputTextState.TextA.Data;
-    ImGui::ClearActiveID();  // The next click selects all of it again.
-    rig.frames(2);
-    return held;
+    return std::string(GImGui->InputTextState.TextA.Data);
   };
   EXPECT_EQ(name(), "Block");
   rig.state.shown.exporting = false;
@@ -348,7 +345,11 @@ TEST_F(Dialogs, ExportProposesTheDocumentsOwnName) {
     rig.frames(3);
   }
   rig.run("file.export");
-  fillIn("Export", "##name", "mine");
+  rig.click(rig.find("Export", {"##name"}));
+  ImGui::GetIO().KeyCtrl = true;
+  rig.key(ImGuiKey_A);
+  ImGui::GetIO().KeyCtrl = false;
+  rig.type("mine");
   rig.frames(2);
   rig.state.shown.exporting = false;
   rig.frames(3);

@@ -96,7 +96,7 @@ TEST(ToolSizes, GoWithTheModelAndComeBack) {
   EXPECT_NEAR(state.tool().radiusMm, 4 / 96.0, 1e-12);
   state.toolId = "inflate";
   EXPECT_NEAR(state.tool().radiusMm, 5 / 96.0, 1e-12) << "one that was never taken";
-  EXPECT_NEAR(state.tool().heightMm, 1 / 96.0, 1e-12);
+  EXPECT_NEAR(state.tool().heightMm, 1.5 / 96.0, 1e-12);
   state.sizeTools(2000);
   EXPECT_NEAR(state.tool().radiusMm, 5 * 2000 / 96.0, 1e-9);
   state.sizeTools(96);

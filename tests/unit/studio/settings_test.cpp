@@ -236,7 +236,7 @@ TEST(StudioState, ToolsBeginSoftAndWithASizeThatSuitsTheModel) {
   EXPECT_TRUE(state.effectiveTool().soft);
   EXPECT_FALSE(state.effectiveTool(false).soft) << "the tip of a device rules the depth";
   EXPECT_GE(state.tool().depth, 0.1);
-  EXPECT_LE(state.tool().depth, 0.2);
+  EXPECT_LE(state.tool().depth, 0.25);
   EXPECT_FALSE(engine::scriptTool(*engine::findTool("carve")).soft) << "scripts cut as they always did";
   for (const double model : {1.0, 60.0, 96.0, 180.0, 250.0, 2000.0}) {
     StudioState fresh;

@@ -43,7 +43,8 @@ namespace {
 
 // What the studio's tools begin with beside their rows' own values, which scripts keep to: a carving stroke by mouse or
 // pen is shallow and soft, and a pass of Smooth evens out bumps as coarse as the tip.
-constexpr double kSoftByPressure = 0.9, kEvenOut = 12, kSmoothStrength = 0.75;
+constexpr double kSoftByPressure = 0.9, kSoftDepth = 0.25, kBuildUp = 0.2, kEvenOut = 12, kSmoothStrength = 0.75;
+constexpr double kRaised = 1.5;  // times the height that a script's tool begins with
 constexpr std::string_view kSoftOpposite = "clay";
 
 void scaleLengths(const engine::ToolRow& row, engine::Tool& tool, double factor) {
@@ -58,7 +59,10 @@ engine::Tool StudioState::newTool(const engine::ToolRow& row) const {
   if (row.id == "carve") {
     made.soft = true;
     made.strengthByPressure = kSoftByPressure;
+    made.depth = kSoftDepth;
   }
+  if (row.id == "clay") made.depth = kBuildUp;
+  made.heightMm *= kRaised;
   if (row.id == "smooth") made.evenOut = kEvenOut, made.strength = kSmoothStrength;
   if (sizedForMm != kUsualMm) scaleLengths(row, made, sizedForMm / kUsualMm);
   return made;
