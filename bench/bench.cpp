@@ -16,6 +16,7 @@
 #include "engine/document/machine_speed.h"
 #include "engine/tools/tool_table.h"
 #include "io/bytes/atomic_file.h"
+#include "io/bytes/output_files.h"
 
 namespace argil::bench {
 
@@ -176,6 +177,8 @@ void runBenchmarks(const BenchOptions& options) {
   const auto drawing = std::count_if(chosen.begin(), chosen.end(), [](const Benchmark* each) { return each->draws; });
   if (!options.figure.empty() && drawing != 1)
     throw Error("--figure: name one benchmark that draws a figure, buzz or stability");
+  const io::Files outputs{options.json, options.figure};
+  io::requireNewFiles({&options.from, 1}, outputs, options.overwrite);
   BenchReport report;
   std::string all;
   for (const Benchmark* each : chosen) {

@@ -84,6 +84,7 @@ class BenchReport {
 struct BenchOptions {
   std::vector<std::string> names;  ///< As benchNames() lists them; empty: those that run by default.
   std::filesystem::path json;
+  bool overwrite = false;        ///< Files that exist already may be replaced.
   std::filesystem::path figure;  ///< SVG, of the one benchmark that draws: buzz or stability.
   double largest = 48;           ///< Million active voxels of the largest model.
   double seconds = 60;           ///< Of the paced servo.

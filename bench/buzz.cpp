@@ -85,7 +85,8 @@ void benchBuzz(BenchReport& report, const BenchOptions& options) {
     ++colour;
   }
   caption.push_back(
-      "No safety and no passivity control: contact alone. Made by: argil bench buzz --figure docs/buzz.svg");
+      "No safety and no passivity control: contact alone. Made by: argil bench buzz --figure docs/buzz.svg "
+      "--overwrite");
   chart.caption = std::move(caption);
   if (options.figure.empty()) return;
   const std::string svg = chart.svg();

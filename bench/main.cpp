@@ -23,6 +23,8 @@ int run(int argc, char** argv) {
   app.add_option("names", options.names, bench::benchNames() + "; all but day and stability when left out");
   app.add_option("--json", options.json, "Figures as JSON");
   app.add_option("--figure", options.figure, "Figure as SVG (buzz or stability)");
+  app.add_flag("--overwrite", options.overwrite,
+               "Replace figures and pages that exist already; without it they are refused");
   app.add_option("--largest", options.largest, "Million active voxels of the largest model")->capture_default_str();
   app.add_option("--seconds", options.seconds, "Of the paced servo")->capture_default_str();
   app.add_option(

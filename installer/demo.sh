@@ -20,5 +20,5 @@ out="$root/build/demo"
 mkdir -p "$out"
 say "sculpting ${mesh:-a block}"
 "$argil" sculpt "$root/installer/demo.json" --live ${mesh:+-i "$mesh"} -o "$out/after.stl" \
-  --before-png "$out/before.png" --png "$out/after.png" --report "$out/report.json"
+  --before-png "$out/before.png" --png "$out/after.png" --report "$out/report.json" --overwrite
 say "before.png, after.png, after.stl and report.json are in $out"

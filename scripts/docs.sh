@@ -17,8 +17,8 @@ JSON
 "$argil" sculpt "$tiles/star.json" -o "$tiles/tile.stl" > /dev/null
 # picture SCRIPT PNG: from above, where the key light grazes the clay; cut out above the scale bar.
 picture() {
-  "$argil" sculpt "$1" -o "$tiles/clay.argil" > /dev/null
-  "$argil" render "$tiles/clay.argil" -o "$2" --size 720x480 --view top > /dev/null
+  "$argil" sculpt "$1" -o "$tiles/clay.argil" --overwrite > /dev/null
+  "$argil" render "$tiles/clay.argil" -o "$2" --size 720x480 --view top --overwrite > /dev/null
   mogrify -crop 584x355+68+38 +repage -resize 212x "$2"
 }
 labels=()

@@ -22,7 +22,7 @@ mkdir -p "$out"
 
 echo "== to the printer"
 "$argil" sculpt "$root/scripts/print_demo.json" ${mesh:+-i "$mesh"} \
-  -o "$out/parts.argil" -o "$out/parts.3mf" --png "$out/parts.png"
+  -o "$out/parts.argil" -o "$out/parts.3mf" --png "$out/parts.png" --overwrite
 "$argil" inspect "$out/parts.argil" --print sla
 if command -v prusa-slicer > /dev/null; then
   prusa-slicer --info "$out/parts.3mf" 2> /dev/null
@@ -34,6 +34,6 @@ fi
 
 echo "== to CAD"
 sed 's/"strokes": \[/"strokes": []}/; /"operation"/d; /^ \]}$/d' "$root/scripts/print_demo.json" > "$out/whole.json"
-"$argil" sculpt "$out/whole.json" ${mesh:+-i "$mesh"} -o "$out/whole.argil" > /dev/null
-"$argil" convert "$out/whole.argil" "$out/whole.step" --faces 1000
+"$argil" sculpt "$out/whole.json" ${mesh:+-i "$mesh"} -o "$out/whole.argil" --overwrite > /dev/null
+"$argil" convert "$out/whole.argil" "$out/whole.step" --faces 1000 --overwrite
 echo "parts.3mf, parts.png and whole.step are in $out"

@@ -22,6 +22,7 @@
 #include "engine/plugins/plugins.h"
 #include "engine/plugins/start_mark.h"
 #include "haptics/threads/guard.h"
+#include "io/bytes/output_files.h"
 #include "io/models/model_file.h"
 #include "ui3d/cli/verbs.h"
 #ifdef ARGIL_STUDIO
@@ -102,6 +103,10 @@ int run(int argc, char** argv) {
         ->transform(CLI::CheckedTransformer(grades).description(""))
         ->default_str(otherwise);
   };
+  const auto addOverwrite = [](CLI::App* verb, bool& overwrite) {
+    verb->add_flag("--overwrite", overwrite,
+                   "Replace outputs that exist already; without it they are refused. Inputs are never replaced");
+  };
   cli::SculptOptions sculpt;
   std::string sculptSize = "1280x720";
   auto* sculptVerb = app.add_subcommand("sculpt", "Run a script of strokes and operations on whole pieces");
@@ -114,6 +119,7 @@ int run(int argc, char** argv) {
   sculptVerb->add_option("--before-png", sculpt.beforePng, "Picture of the clay before the first stroke");
   sculptVerb->add_option("--report", sculpt.report, "Figures as JSON");
   sculptVerb->add_option("--record", sculpt.record, "The strokes as they were cut, as a script that repeats them");
+  addOverwrite(sculptVerb, sculpt.overwrite);
   sculptVerb->add_flag("--live", sculpt.live, "Hand-driven strokes through the servo in real time");
   sculptVerb->add_option("--voxel", sculpt.voxelMm, "Voxel size in mm");
   sculptVerb->add_option("--bits", sculpt.bits, "Of a voxel's distance: 32, or 16 in half the memory")
@@ -141,6 +147,7 @@ int run(int argc, char** argv) {
           "for CAD (.step, .stp) or model (" +
               io::writableEndings() + ")")
       ->required();
+  addOverwrite(convertVerb, convert.overwrite);
   convertVerb->add_option("--voxel", convert.voxelMm, "By way of clay with this voxel size in mm: closed and repaired");
   convertVerb->add_option("--bits", convert.bits, "Clay with so many bits a voxel: 32, or 16 in half the memory")
       ->check(CLI::IsMember({16, 32}));
@@ -200,6 +207,7 @@ int run(int argc, char** argv) {
       app.add_subcommand("recover", "What sessions that ended by a crash left, and its way into a file");
   recoverVerb->add_option("journal", recover.journal, "A journal; all are listed when left out");
   recoverVerb->add_option("-o,--output", recover.output, "Document to write (.argil)");
+  addOverwrite(recoverVerb, recover.overwrite);
   recoverVerb->add_option("--base", recover.base, "Where the saved document that the journal was kept for lies by now");
   recoverVerb->add_flag("--without-last", recover.withoutLast,
                         "Leave out the last stroke that would be repeated: it may be what ended Argil");
@@ -214,6 +222,7 @@ int run(int argc, char** argv) {
       ->add_option("-o,--output", render.output,
                    "Picture (.png); with --frames %d or %03d in it for the frame's number")
       ->required();
+  addOverwrite(renderVerb, render.overwrite);
   renderVerb->add_option("--frames", render.frames, "Frames of one revolution about the upright axis")
       ->capture_default_str();
   renderVerb->add_option("--samples", render.samples, "Samples a pixel along each axis, 1 to 4")->capture_default_str();
@@ -243,6 +252,7 @@ int run(int argc, char** argv) {
   feelVerb->add_option("--path", feel.path, "Hand path (CSV: t_s,x_mm,y_mm,z_mm; other layouts with --units)")
       ->required();
   feelVerb->add_option("-o,--output", feel.output, "Every tick as CSV");
+  addOverwrite(feelVerb, feel.overwrite);
   feelVerb->add_option("--contact", feel.contact, "proxy, god-object or penalty")->capture_default_str();
   feelVerb->add_option("--device", feel.device, "Whose limits hold (argil devices lists them)")->capture_default_str();
   feelVerb->add_option("--radius", feel.radiusMm, "Radius of the ball in mm")->capture_default_str();
@@ -328,7 +338,8 @@ int run(int argc, char** argv) {
       ->check(numberFrom(0.1, 100));
   studioVerb->add_option("--record", studio.record, "Record what the person does");
   studioVerb->add_option("--report", studio.report, "Figures as JSON at the end");
-  bool safe = false;
+  bool safe = false, studioOverwrite = false;
+  addOverwrite(studioVerb, studioOverwrite);
   studioVerb->add_flag("--safe", safe, "Without plugins");
   studioVerb->add_flag("--validate", studio.validate, "With Vulkan's validation layer");
 #endif
@@ -387,6 +398,8 @@ int run(int argc, char** argv) {
       studio.width = width;
       studio.height = height;
     }
+    const io::Files read{studio.file, studio.play}, written{studio.record, studio.report};
+    io::requireNewFiles(read, written, studioOverwrite);
     if (!studioTheme.empty()) studio.theme = studioTheme == "light" ? studio::Theme::light : studio::Theme::dark;
     studio.interrupted = [&job] { return job.cancelled(); };
     studio::runStudio(studio);

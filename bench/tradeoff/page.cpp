@@ -129,9 +129,9 @@ void writeTradeoff(const std::vector<TradeoffRow>& measured, const std::filesyst
       "begins as. Lower left is better."};
   std::string page = R"(# Speed against accuracy
 
-Made by `argil bench tradeoff --folder docs`: every axis of a quality by itself, and many at once. Costs are processor
-time in that of the same work as it begins, which ran right before and after, repeated until the median is known within
-2 % or five times; of that work itself in yardsticks, a fixed piece of arithmetic of some 50 ms.
+Made by `argil bench tradeoff --folder docs --overwrite`: every axis of a quality by itself, and many at once. Costs are
+processor time in that of the same work as it begins, which ran right before and after, repeated until the median is
+known within 2 % or five times; of that work itself in yardsticks, a fixed piece of arithmetic of some 50 ms.
 [tradeoff.csv](tradeoff.csv) has every row; `--from docs/tradeoff.csv` makes this page again.
 
 Presets follow from the points by one rule. *Draft*: the least error among those within 1.25 times the cheapest. *Fine*:

@@ -10,6 +10,7 @@
 #include <memory>
 #include <mutex>
 #include <set>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -22,6 +23,7 @@
 #include "engine/document/random.h"
 #include "haptics/base/clock.h"
 #include "io/bytes/atomic_file.h"
+#include "io/bytes/output_files.h"
 
 namespace argil::bench {
 
@@ -198,6 +200,17 @@ constexpr unsigned kMostThreads = 4;  // more wait for memory
 
 constexpr QualityPart kParts[] = {QualityPart::clay, QualityPart::strokes, QualityPart::touch, QualityPart::surface};
 
+// Refuses the folder whose page or table is there already; a table that is read again stays.
+void requireFolder(const BenchOptions& options) {
+  if (options.folder.empty()) return;
+  io::Files outputs;
+  for (const char* name : {"tradeoff.csv", "tradeoff.svg", "tradeoff.md"}) outputs.push_back(options.folder / name);
+  std::error_code error;
+  if (!options.from.empty() && std::filesystem::equivalent(options.from, outputs[0], error))
+    outputs.erase(outputs.begin());
+  io::requireNewFiles({&options.from, 1}, outputs, options.overwrite);
+}
+
 // The presets; beside a table that is in the folder already, how well each front covers the other; then what is there
 // is replaced.
 void finish(BenchReport& report, const std::vector<TradeoffRow>& rows, const std::filesystem::path& folder) {
@@ -230,8 +243,10 @@ void finish(BenchReport& report, const std::vector<TradeoffRow>& rows, const std
 void benchTradeoff(BenchReport& report, const BenchOptions& options) {
   if (!options.from.empty()) {
     if (options.folder.empty()) throw Error("tradeoff: --from makes a page again: give it a --folder");
+    requireFolder(options);
     return finish(report, readTradeoffCsv(options.from), options.folder);
   }
+  requireFolder(options);
   // Each work with all of its points, one after the other, as what they are measured by is the work itself.
   struct Task {
     QualityPart part;

@@ -14,6 +14,7 @@
 #include "clay/base/error.h"
 #include "io/bytes/folder_flush.h"
 #include "io/bytes/input.h"
+#include "io/bytes/output_files.h"
 
 namespace argil::io {
 
@@ -61,6 +62,9 @@ AtomicFile::AtomicFile(const std::filesystem::path& target) : target_(target) {
   if (target.filename().empty() || target.filename() == "." || target.filename() == "..") {
     fail(name, "does not name a file to write; add a file name");
   }
+  // A device or a pipe keeps its place: it has no temporary file, and what is written is gone.
+  fd_ = openStream(target);
+  if (fd_ >= 0) return;
   std::error_code error;
   // Renaming over a link would replace the link and leave the file that it names as it was.
   if (std::filesystem::is_symlink(target, error)) {
@@ -106,6 +110,11 @@ void AtomicFile::write(std::span<const std::byte> bytes) {
 }
 
 void AtomicFile::commit(bool mayReplace) {
+  if (temporary_.empty()) {
+    if (::close(std::exchange(fd_, -1)) != 0)
+      failWork(target_, "cannot be written (" + reason(errno) + "); make room or choose another folder");
+    return;
+  }
   // The data must be on the disk before the name is, or a crash could leave the new name with nothing behind it.
   if (::fsync(fd_) != 0) failWork(target_, "cannot be flushed to the disk (" + reason(errno) + ")");
   const int fd = std::exchange(fd_, -1);

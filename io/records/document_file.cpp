@@ -294,6 +294,7 @@ std::unique_ptr<DocumentFile> DocumentFile::create(const std::filesystem::path& 
   state->path = path;
   state->name = displayName(path);
   state->fresh = std::make_unique<AtomicFile>(path);
+  if (state->fresh->temporary().empty()) fail(state->name, "is not a regular file; name a file to write");
   state->lookAtTarget();
   state->facts.lineage = std::move(lineage);
   state->checked = true;

@@ -18,6 +18,7 @@
 #include "engine/models/load_document.h"
 #include "engine/saving/saved_document.h"
 #include "io/bytes/input.h"
+#include "io/bytes/output_files.h"
 #include "io/cad/step_file.h"
 #include "io/models/added_formats.h"
 #include "io/models/model_file.h"
@@ -63,6 +64,25 @@ engine::ModelExport exportOf(const ConvertOptions& options, const std::vector<io
   if (!options.destination.empty())
     engine::applyPreset(engine::exportPresetNamed(options.destination), options.output, how);
   return how;
+}
+
+// Lists the files that the call may write: those that are there already, where their number is known after the work.
+io::Files outputsOf(const ConvertOptions& options) {
+  const std::string ending = io::endingOf(options.output), frameEnding = io::frameEndingOf(ending);
+  if (!frameEnding.empty()) return io::numberedBeside(options.output, "-", frameEnding);
+  io::Files files{options.output};
+  const engine::ModelExport how = exportOf(options, {});
+  if (!how.quads || ending != ".obj") return files;
+  const std::filesystem::path folder = options.output.parent_path();
+  const std::string stem = options.output.stem().string();
+  for (const std::string& name : io::texturedNames(options.output, 1)) {
+    if (name.ends_with(".png") && how.texturePixels == 0) continue;
+    files.push_back(folder / name);
+    if (!name.ends_with(".png")) continue;
+    for (const std::filesystem::path& each : io::numberedBeside(options.output, "_", name.substr(stem.size())))
+      files.push_back(each);
+  }
+  return files;
 }
 
 void convertClay(const ConvertOptions& options) {
@@ -206,6 +226,7 @@ void convert(const ConvertOptions& options) {
     engine::applyPreset(engine::exportPresetNamed(options.destination), options.output, none);
   }
   const std::string ending = io::endingOf(options.output);
+  io::requireNewFiles({&options.input, 1}, outputsOf(options), options.overwrite);
   if (!io::frameEndingOf(ending).empty()) {
     const ProgressLine line("writing " + options.output.filename().string(), options.job);
     fmt::print("{}\n", engine::writeHistory(options.output, options.input, exportOf(options, {}), options.job));

@@ -18,6 +18,7 @@
 #include "haptics/threads/sample_ring.h"
 #include "io/bytes/atomic_file.h"
 #include "io/bytes/input.h"
+#include "io/bytes/output_files.h"
 #include "io/models/mesh_file.h"
 #include "ui3d/cli/progress.h"
 #include "ui3d/cli/verbs.h"
@@ -114,6 +115,10 @@ void feel(const FeelOptions& options) {
     placement.onto = Vec3d(engine::parseNumbers(options.onto, 3, "--onto").data());
     if (!(placement.onto->norm() > 1e-9)) throw Error("--onto: the direction must not be zero");
   }
+  io::Files inputs{options.input, options.path};
+  if (const auto& texture = options.texture; texture.starts_with("image:"))
+    inputs.emplace_back(texture.substr(6, texture.find(':', 6) - 6));
+  io::requireNewFiles(inputs, {&options.output, 1}, options.overwrite);
   haptics::HandPath path = readPath(options);
   std::optional<io::AtomicFile> out;
   if (!options.output.empty()) out.emplace(options.output);

@@ -10,6 +10,7 @@
 #include "engine/saving/saved_document.h"
 #include "engine/saving/session.h"
 #include "engine/session/recovery.h"
+#include "io/bytes/output_files.h"
 #include "io/records/journal_file.h"
 #include "ui3d/cli/progress.h"
 #include "ui3d/cli/verbs.h"
@@ -19,6 +20,15 @@ namespace {
 
 std::string localTime(std::chrono::system_clock::time_point at) {
   return fmt::format("{:%Y-%m-%d %H:%M:%S}", fmt::localtime(std::chrono::system_clock::to_time_t(at)));
+}
+
+// Names the saved document that a journal builds on; nothing where the journal cannot say.
+std::filesystem::path baseOf(const std::filesystem::path& journal) {
+  try {
+    return engine::examine(journal).file;
+  } catch (const Error&) {
+    return {};  // engine::recover() repairs such a journal, or tells what is wrong.
+  }
 }
 
 }  // namespace
@@ -39,6 +49,8 @@ void recover(const RecoverOptions& options) {
     return;
   }
   if (options.output.empty()) throw Error("-o: name the document to write (.argil)");
+  const io::Files inputs{options.journal, options.base.empty() ? baseOf(options.journal) : options.base};
+  io::requireNewFiles(inputs, {&options.output, 1}, options.overwrite);
   engine::Recovered recovered;
   engine::RecoverChoice choice;
   choice.base = options.base;

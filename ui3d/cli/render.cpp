@@ -9,6 +9,7 @@
 
 #include "clay/base/error.h"
 #include "engine/models/load_document.h"
+#include "io/bytes/output_files.h"
 #include "render/renderer/renderer.h"
 #include "ui3d/cli/mesh_input.h"
 #include "ui3d/cli/progress.h"
@@ -104,7 +105,10 @@ void render(const RenderOptions& options) {
   if (options.samples < 1 || options.samples > 4)
     throw Error(fmt::format("--samples {}: give 1 to 4", options.samples));
 
+  io::Files pictures;
+  for (int i = 0; i < options.frames; ++i) pictures.emplace_back(options.frames > 1 ? frameName(name, place, i) : name);
   requireModel(options.input, options.place);
+  io::requireNewFiles({&options.input, 1}, pictures, options.overwrite);
   const engine::LoadedDocument loaded = [&] {
     const ProgressLine line("reading " + options.input.filename().string(), options.job);
     engine::ModelImport how;

@@ -21,6 +21,7 @@
 #include "haptics/devices/sheets.h"
 #include "io/bytes/atomic_file.h"
 #include "io/bytes/input.h"
+#include "io/bytes/output_files.h"
 #include "io/models/mesh_writer.h"
 #include "render/renderer/renderer.h"
 #include "ui3d/cli/inspect_print.h"
@@ -288,6 +289,12 @@ void sculpt(const SculptOptions& options) {
   if (!options.quality.empty()) quality = engine::readQualityHere(options.quality);
   engine::Script script = engine::readScript(options.script);
   if (quality) script.use(*quality);
+  io::Files inputs{options.script, options.input}, outputs = options.outputs;
+  if (const auto* import = std::get_if<engine::ImportSetup>(&script.clay)) inputs.push_back(import->file);
+  for (const engine::ScriptStroke& stroke : script.strokes) inputs.emplace_back(stroke.tool.file);
+  for (const std::filesystem::path& file : {options.png, options.beforePng, options.report, options.record})
+    outputs.push_back(file);
+  io::requireNewFiles(inputs, outputs, options.overwrite);
   engine::PrepareOptions prepare;
   prepare.input = options.input;
   prepare.voxelMm = options.voxelMm;

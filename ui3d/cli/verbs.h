@@ -26,6 +26,7 @@ struct SculptOptions {
   std::filesystem::path png, beforePng;
   std::filesystem::path report;  ///< JSON.
   std::filesystem::path record;  ///< The strokes as they were cut, as a script.
+  bool overwrite = false;        ///< Files that exist already may be replaced, inputs never: so in all verbs.
   bool live = false;
   std::optional<double> voxelMm;
   std::optional<int> bits;  ///< As precisionOf(); else the script's.
@@ -42,6 +43,7 @@ void sculpt(const SculptOptions& options);
 
 struct ConvertOptions {
   std::filesystem::path input, output;
+  bool overwrite = false;
   std::optional<double> voxelMm;            ///< By way of clay, which closes and repairs; else triangle by triangle.
   std::optional<int> bits;                  ///< Of clay, as precisionOf(); else what a document has.
   engine::ImportPlace place;                ///< Of an input that is a model.
@@ -82,13 +84,14 @@ struct RecoverOptions {
   std::filesystem::path journal;  ///< Empty: list what there is.
   std::filesystem::path output;
   std::filesystem::path base;  ///< These as engine::RecoverChoice has them.
-  bool withoutLast = false, repair = false;
+  bool withoutLast = false, repair = false, overwrite = false;
   Job* job = nullptr;
 };
 void recover(const RecoverOptions& options);
 
 struct RenderOptions {
   std::filesystem::path input, output;
+  bool overwrite = false;
   std::optional<double> voxelMm;
   engine::ImportPlace place;  ///< Of an input that is a model.
   clay::Grade surface = clay::Grade::crisp;
@@ -112,6 +115,7 @@ struct FeelOptions {
   std::filesystem::path input;
   std::filesystem::path path;      ///< CSV of a hand path.
   std::filesystem::path output;    ///< CSV, a row a tick; empty: the summary alone.
+  bool overwrite = false;
   haptics::HandPathLayout layout;  ///< Of a file that is not in the project's own layout; else empty.
   std::string contact = "proxy", device = "touch";
   double radiusMm = 3;

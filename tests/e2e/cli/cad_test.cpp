@@ -92,7 +92,7 @@ TEST_F(Cad, AsFewFacesAsAnErrorTakes) {
   ASSERT_EQ(within.code, 0) << within.err;
   EXPECT_NE(within.out.find("Ring: tried "), std::string::npos) << within.out;
   EXPECT_EQ(within.out.find("do not keep within"), std::string::npos) << within.out;
-  const Outcome beyond = argil({"convert", file, step, "--error", "1e-5", "--faces", "60"});
+  const Outcome beyond = argil({"convert", file, step, "--error", "1e-5", "--faces", "60", "--overwrite"});
   ASSERT_EQ(beyond.code, 0) << beyond.err;
   EXPECT_TRUE(std::regex_search(beyond.out, std::regex("Egg: \\d+ faces do not keep within 1e-05 mm everywhere: "
                                                        "[^ ]+ mm at \\(")))

@@ -47,21 +47,22 @@ TEST_F(Documents, AreInspectedDrawnAndWorkedOn) {
   EXPECT_TRUE(has(seen.out, "2 steps of history") && has(seen.out, "closed      yes")) << seen.out;
   EXPECT_EQ(argil({"render", document.string(), "-o", (scratch / "p.png").string(), "--size", "320x200"}).code, 0);
   EXPECT_GT(fs::file_size(scratch / "p.png"), 1000u);
-  // Strokes on what was saved, into the same file: the same as all strokes at once, or it would not be what was saved.
-  const fs::path more = scratch / "more.json", first = scratch / "first.argil", rest = scratch / "rest.json";
+  // Strokes on what was saved, into another file: the same as all strokes at once, or it would not be what was saved.
+  const fs::path more = scratch / "more.json", first = scratch / "first.argil", second = scratch / "second.argil",
+                 rest = scratch / "rest.json";
   write(
       more,
       R"({"argil":1,"units":"mm","setup":[{"voxel_mm":0.5},{"sphere":{"radius_mm":8}}],"strokes":[{"tool":"carve","radius_mm":3,"path":[[0,-6,0,8],[1,6,0,8]]}]})");
   write(rest, R"({"argil":1,"units":"mm","strokes":[{"tool":"add","radius_mm":2,"path":[[0,0,-8,0]]}]})");
   ASSERT_EQ(argil({"sculpt", more.string(), "-o", first.string()}).code, 0);
-  const Outcome on = argil({"sculpt", rest.string(), "-i", first.string(), "-o", first.string()});
+  const Outcome on = argil({"sculpt", rest.string(), "-i", first.string(), "-o", second.string()});
   ASSERT_EQ(on.code, 0) << on.err;
   const auto hash = [](const fs::path& file) {
     const std::string json = argil({"inspect", "--json", file.string()}).out;
     const size_t at = json.find("\"hash\"");
     return at == std::string::npos ? json : json.substr(at, 30);
   };
-  EXPECT_EQ(hash(first), hash(document));
+  EXPECT_EQ(hash(second), hash(document));
 }
 
 // Whoever writes the model, sculpt at once or convert later: the same bytes.
@@ -140,7 +141,7 @@ TEST_F(Documents, WhatImportMovedIsPutBack) {
   const std::string kept = (scratch / "kept.argil").string();
   ASSERT_EQ(argil({"convert", far, kept, "--voxel", "2"}).code, 0);
   for (const std::string& from : {far, kept}) {
-    std::vector<std::string> words{"convert", from, out, "--put-back"};
+    std::vector<std::string> words{"convert", from, out, "--put-back", "--overwrite"};
     if (from == far) words.insert(words.end(), {"--voxel", "2"});
     const Outcome made = argil(words);
     ASSERT_EQ(made.code, 0) << made.err;
@@ -148,6 +149,7 @@ TEST_F(Documents, WhatImportMovedIsPutBack) {
     EXPECT_NEAR(mesh.at("low_mm")[0], 5e9, 3);
     EXPECT_NEAR(mesh.at("high_mm")[0], 5e9 + 100, 6);
   }
+  fs::remove(out);
   EXPECT_EQ(argil({"convert", far, out, "--put-back"}).code, 2) << "nothing moves it on the plain way";
   EXPECT_EQ(argil({"convert", kept, (scratch / "x.argil").string(), "--put-back"}).code, 2);
   EXPECT_EQ(argil({"convert", kept, out, "--put-back", "--recentre"}).code, 2);
@@ -222,6 +224,14 @@ TEST_F(Documents, RecoverLeavesOutTheLastStrokeAndFindsAMovedFile) {
   const fs::path all = scratch / "all.argil", without = scratch / "without.argil", moved = scratch / "moved.argil";
   Outcome o = argil({"recover", journal.string(), "-o", all.string()});
   EXPECT_EQ(o.code, 0) << o.err;
+  const std::string saved = slurp(document), recovered = slurp(all);
+  o = argil({"recover", journal.string(), "-o", all.string()});
+  EXPECT_TRUE(o.code == 2 && has(o.err, "all.argil: exists already")) << o.err;
+  for (const fs::path& input : {document, journal}) {
+    o = argil({"recover", journal.string(), "-o", input.string(), "--overwrite"});
+    EXPECT_TRUE(o.code == 2 && has(o.err, "is the input")) << o.err;
+  }
+  EXPECT_TRUE(slurp(document) == saved && slurp(all) == recovered);
   o = argil({"recover", journal.string(), "-o", without.string(), "--without-last"});
   EXPECT_EQ(o.code, 0) << o.err;
   EXPECT_TRUE(has(o.out, "left out")) << o.out;

@@ -27,7 +27,8 @@ class Feel : public testing::Test {
   [[nodiscard]] std::string path() const { return (scratch_ / "path.csv").string(); }
   [[nodiscard]] std::string csv() const { return (scratch_ / "felt.csv").string(); }
   Outcome feel(std::vector<std::string> more) const {
-    std::vector<std::string> call = {"feel", mesh(), "--path", path(), "--voxel", "0.5", "--radius", "2"};
+    std::vector<std::string> call = {"feel", mesh(),     "--path", path(),       "--voxel",
+                                     "0.5",  "--radius", "2",      "--overwrite"};
     call.insert(call.end(), more.begin(), more.end());
     return argil(call);
   }

@@ -24,7 +24,8 @@ std::string scriptOf(const std::string& setup, const std::string& steps) {
 
 json sculpt(const Scratch& scratch, const std::string& text) {
   std::ofstream(scratch / "s.json") << text;
-  const Outcome o = argil({"sculpt", (scratch / "s.json").string(), "--report", (scratch / "r.json").string()});
+  const Outcome o =
+      argil({"sculpt", (scratch / "s.json").string(), "--report", (scratch / "r.json").string(), "--overwrite"});
   EXPECT_EQ(o.code, 0) << text << "\n" << o.err;
   if (o.code != 0) return {};
   json report = json::parse(slurp(scratch / "r.json"));
@@ -279,7 +280,7 @@ TEST(Operations, RecordingsAndDocumentsHoldThem) {
   std::ofstream(scratch / "a.json") << scriptOf(kSetup, steps);
   const auto hash = [&](const std::string& name, std::vector<std::string> more) {
     std::vector<std::string> arguments = {"sculpt", (scratch / (name + ".json")).string(), "--report",
-                                          (scratch / "r.json").string()};
+                                          (scratch / "r.json").string(), "--overwrite"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const Outcome o = argil(arguments);
     EXPECT_EQ(o.code, 0) << o.err;
@@ -297,7 +298,7 @@ TEST(Operations, RecordingsAndDocumentsHoldThem) {
   std::ofstream(scratch / "on.json") << scriptOf("", R"({"operation":"join","pieces":["Clay","Ball"]})");
   ASSERT_EQ(argil({"sculpt", (scratch / "two.json").string(), "-o", (scratch / "two.argil").string()}).code, 0);
   const Outcome on = argil({"sculpt", (scratch / "on.json").string(), "-i", (scratch / "two.argil").string(),
-                            "--report", (scratch / "r.json").string()});
+                            "--report", (scratch / "r.json").string(), "--overwrite"});
   ASSERT_EQ(on.code, 0) << on.err;
   const json joined = json::parse(slurp(scratch / "r.json"));
   EXPECT_EQ(joined["surface"]["bodies"], 2);

@@ -90,7 +90,7 @@ TEST_F(PrintCheck, AScriptAsksForIt) {
   EXPECT_NE(said.out.find("thinner than 0.9 mm"), std::string::npos) << said.out;
   // Each piece by itself; what is written back asks the same.
   for (const std::string& each : {script, recorded}) {
-    ASSERT_EQ(argil({"sculpt", each, "--report", report}).code, 0);
+    ASSERT_EQ(argil({"sculpt", each, "--report", report, "--overwrite"}).code, 0);
     std::ifstream in(report);
     const json print = json::parse(in)["print"];
     ASSERT_EQ(print.size(), 2u);

@@ -176,7 +176,9 @@ TEST_F(LongReferees, BlenderSeesTheSameAndWeSeeWhatItWrites) {
     for (size_t k = 0; k < 3; ++k) EXPECT_NEAR(mesh["low_mm"][k].get<double>(), middle[k] - 20, 0.03);
     if (std::string(name) != "theirs.stl") {
       // Its colours are the clay's, and go out again.
-      ASSERT_EQ(argil({"convert", (scratch / name).string(), (scratch / "back.argil").string(), "--voxel", "0.5"}).code,
+      ASSERT_EQ(argil({"convert", (scratch / name).string(), (scratch / "back.argil").string(), "--voxel", "0.5",
+                       "--overwrite"})
+                    .code,
                 0);
       EXPECT_NE(argil({"inspect", (scratch / "back.argil").string()}).out.find("colour"), std::string::npos);
     }

@@ -51,7 +51,7 @@ TEST(Tools, ScenesOfEachRun) {
   for (const std::string& id : lines(argil({"tools", "--ids"}).out)) {
     const fs::path script = scratch / (id + ".json"), out = scratch / (id + ".argil");
     write(script, argil({"tools", "--demo", id}).out);
-    const Outcome made = argil({"sculpt", script.string(), "-o", out.string()});
+    const Outcome made = argil({"sculpt", script.string(), "-o", out.string(), "--overwrite"});
     ASSERT_EQ(made.code, 0) << id << ": " << made.err;
     const Outcome seen = argil({"inspect", out.string()});
     EXPECT_NE(seen.out.find("closed      yes"), std::string::npos) << id << ": " << seen.out;

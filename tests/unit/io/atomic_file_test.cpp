@@ -7,6 +7,8 @@
 #include <csignal>
 #include <iterator>
 #include <optional>
+#include <string>
+#include <thread>
 
 #include "tests/support/mesh_samples.h"
 
@@ -105,11 +107,37 @@ TEST(AtomicFile, RefusesWhatIsNoPlaceForAFile) {
   contains(folder.path(), "is a folder");
   contains(folder / "", "does not name a file");
   contains(folder / "missing" / "a.stl", "its folder does not exist");
-  contains("/dev/null", "is not a regular file");
   contains("/proc/a.stl", "its folder");
   contains(folder / std::string(300, 'x'), "cannot be written");
   contains("/dev/null/a.stl", "its folder does not exist");
   EXPECT_EQ(folder.entries(), 0u);
+}
+
+TEST(AtomicFile, WritesDevicesAndPipesWhereTheyAre) {
+  const samples::Folder folder;
+  {
+    AtomicFile file("/dev/null");
+    file.write(bytesOf("gone"));
+    file.commit();
+    EXPECT_TRUE(file.inPlace());
+  }
+  EXPECT_TRUE(std::filesystem::is_character_file("/dev/null"));
+  EXPECT_FALSE(errorOf([] {
+                 AtomicFile file("/dev/full");
+                 file.write(bytesOf("gone"));
+               }).empty());
+  ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
+  std::string read;
+  std::thread reader([&] { read = slurp(folder / "pipe"); });
+  {
+    AtomicFile file(folder / "pipe");
+    file.write(bytesOf("all"));
+    file.commit();
+  }
+  reader.join();
+  EXPECT_EQ(read, "all");
+  EXPECT_TRUE(std::filesystem::is_fifo(folder / "pipe"));
+  EXPECT_EQ(folder.entries(), 1u);
 }
 
 TEST(AtomicFile, ALongNameStillHasATemporaryOne) {
