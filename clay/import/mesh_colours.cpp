@@ -39,10 +39,10 @@ Vec3d sharesOf(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
 Version withMeshColours(const Version& version, const TriangleMesh& mesh, const MeshColours& colours,
                         const WorkPart& part, int threads) {
   threads = threadCount(threads);
-  const bool ofTriangles = !colours.triangles.empty();
+  const bool ofTriangles = !colours.triangles.empty(), ofPoints = colours.at != nullptr;
   const size_t given = ofTriangles ? colours.triangles.size() : colours.vertices.size();
   const size_t wanted = ofTriangles ? mesh.triangles.size() : mesh.positions.size();
-  if (given != wanted)
+  if (!ofPoints && given != wanted)
     throw Error(fmt::format("{} colours for {} {}", given, wanted, ofTriangles ? "triangles" : "vertices"));
   part.step(0);
   const NearestTriangle nearest(mesh);
@@ -58,7 +58,14 @@ Version withMeshColours(const Version& version, const TriangleMesh& mesh, const 
       const Vec3d p = grid.toWorld(voxel.toVec3d());
       hint = nearest.nearest(p, hint).triangle;
       Vec3d colour = Vec3d::Zero();
-      if (ofTriangles) {
+      uint8_t cover = 255;
+      if (ofPoints) {
+        const auto& corners = nearest.corners(hint);
+        const Vec3d &a = mesh.positions[corners[0]], &b = mesh.positions[corners[1]], &c = mesh.positions[corners[2]];
+        const auto own = colours.at(nearest.indexOf(hint), sharesOf(nearestOnTriangle(p, a, b, c), a, b, c));
+        colour = Vec3d(own[0], own[1], own[2]);
+        cover = own[3];
+      } else if (ofTriangles) {
         const MeshColour& own = colours.triangles[nearest.indexOf(hint)];
         colour = Vec3d(own[0], own[1], own[2]);
       } else {
@@ -72,7 +79,7 @@ Version withMeshColours(const Version& version, const TriangleMesh& mesh, const 
       }
       for (size_t k = 0; k < 3; ++k)
         painted[k][size_t(i)] = static_cast<uint8_t>(std::clamp(colour[Eigen::Index(k)] + 0.5, 0.0, 255.0));
-      painted[3][size_t(i)] = 255;
+      painted[3][size_t(i)] = cover;
     }
   };
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 
 #include "clay/base/work_part.h"
@@ -13,10 +14,14 @@ namespace argil::clay {
 
 using MeshColour = std::array<uint8_t, 3>;  ///< sRGB.
 
-/// Colours of a mesh: one a vertex, blended over the triangles, or one a triangle. The spans must outlive their use.
+/// Colours of a mesh: one a vertex, blended over the triangles, or one a triangle, or any at each of its points. The
+/// spans must outlive their use.
 struct MeshColours {
   std::span<const MeshColour> vertices = {};
   std::span<const MeshColour> triangles = {};  ///< Go before `vertices`.
+  /// Gives the colour, and how much of it covers the piece's own, at a point of a triangle as shares of its corners;
+  /// goes before the others. Any number of threads.
+  std::function<std::array<uint8_t, 4>(size_t triangle, const Vec3d& shares)> at = {};
 };
 
 /// The same clay in a new version: every voxel of the band has the colour of the mesh's nearest point, which covers the

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "clay/surface/vertex_channels.h"
+#include "io/models/colour_list.h"
 
 namespace argil::engine {
 
@@ -25,17 +26,32 @@ std::vector<clay::MeshColour> opaque(std::span<const io::Colour> colours) {
 
 }  // namespace
 
-bool FileColours::several() const {
-  const std::span<const io::Colour> all = triangles.empty() ? vertices : triangles;
-  return std::any_of(all.begin(), all.end(),
-                     [&](const io::Colour& each) { return opaque(each) != opaque(all.front()); });
+clay::Version withColours(clay::Version version, const clay::TriangleMesh& mesh, const io::ModelObject& object,
+                          const clay::WorkPart& part) {
+  if (!object.places.empty()) {
+    const io::PictureColours pictures(object, mesh);
+    const double voxel = version.grid().voxelMm;
+    return clay::withMeshColours(version, mesh,
+                                 {.at =
+                                      [&](size_t triangle, const Vec3d& shares) {
+                                        const io::Colour c = pictures.at(triangle, shares, voxel);
+                                        return std::array{c.red, c.green, c.blue, c.alpha};
+                                      }},
+                                 part);
+  }
+  const std::span<const io::Colour> all =
+      object.triangleColours.empty() ? object.vertexColours : object.triangleColours;
+  if (std::none_of(all.begin(), all.end(), [&](const io::Colour& each) { return opaque(each) != opaque(all.front()); }))
+    return version;
+  const std::vector<clay::MeshColour> vertices = opaque(object.vertexColours),
+                                      triangles = opaque(object.triangleColours);
+  return clay::withMeshColours(version, mesh, {.vertices = vertices, .triangles = triangles}, part);
 }
 
-clay::Version withColours(clay::Version version, const clay::TriangleMesh& mesh, const FileColours& colours,
-                          const clay::WorkPart& part) {
-  if (!colours.several()) return version;
-  const std::vector<clay::MeshColour> vertices = opaque(colours.vertices), triangles = opaque(colours.triangles);
-  return clay::withMeshColours(version, mesh, {vertices, triangles}, part);
+std::optional<std::array<float, 3>> pieceColourOf(const io::ModelObject& object,
+                                                  const std::optional<io::Colour>& mean) {
+  const bool seenThrough = !object.places.empty() && mean && mean->alpha < 255;
+  return mean && !seenThrough ? std::optional(colourOf(*mean)) : std::nullopt;
 }
 
 std::vector<io::Colour> vertexColoursOf(const clay::Surface& surface, const Piece& piece) {

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "clay/import/mesh_colours.h"
@@ -13,18 +12,16 @@
 
 namespace argil::engine {
 
-/// Colours of a mesh as files have them: one a vertex, or one a triangle, which go first; both may be empty.
-struct FileColours {
-  std::span<const io::Colour> vertices = {};
-  std::span<const io::Colour> triangles = {};
-  /// More than one: what the colour of a whole piece cannot say.
-  [[nodiscard]] bool several() const;
-};
-
-/// The clay with these colours, its mask and materials as they were. Without several colours: the same version, as one
-/// is the piece's own. Throws as clay::withMeshColours.
+/// The clay with the colours of an object, which has its mesh or has left it elsewhere; its mask and materials as they
+/// were. Where the object has one colour at most: the same version, as one is the piece's own. Throws as
+/// clay::withMeshColours.
 [[nodiscard]] clay::Version withColours(clay::Version version, const clay::TriangleMesh& mesh,
-                                        const FileColours& colours, const clay::WorkPart& part);
+                                        const io::ModelObject& object, const clay::WorkPart& part);
+
+/// The colour that clay of an object gets as a whole, of the mean of its colours; none for an object without colours,
+/// and where pictures leave some of it uncovered, which would look as if the mean lay there.
+[[nodiscard]] std::optional<std::array<float, 3>> pieceColourOf(const io::ModelObject& object,
+                                                                const std::optional<io::Colour>& mean);
 
 /// Colour of each vertex of a piece's surface; white where nobody chose one. Empty where nothing is painted and no
 /// material has a colour.

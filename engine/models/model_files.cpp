@@ -36,10 +36,10 @@ constexpr size_t kMostObjects = 32;  // that become pieces or parts of their own
 constexpr double kMade = 0.9;        // of an import, when there is clay and no colour yet
 
 // The name is the file's where the object has none: the caller knows it.
-Piece pieceOf(const io::ModelObject& object, clay::Version version) {
+Piece pieceOf(const io::ModelObject& object, const std::optional<io::Colour>& mean, clay::Version version) {
   Piece piece;
   piece.name = object.name;
-  if (const auto colour = io::meanColour(object)) piece.colour = colourOf(*colour);
+  if (const auto colour = pieceColourOf(object, mean)) piece.colour = *colour;
   piece.version = std::move(version);
   return piece;
 }
@@ -90,7 +90,7 @@ void makePieces(io::ModelFile& read, const ModelImport& how, ImportedModel& impo
       read.objects.size() > 1 ? std::move(read.objects) : std::vector<io::ModelObject>();
   io::ModelObject all = io::merged(objects.empty() ? std::move(read.objects) : std::vector<io::ModelObject>(objects));
   all.assembly = assembly;
-  all.colour = io::meanColour(all);  // While it has its mesh.
+  const std::optional<io::Colour> meanOfAll = io::meanColour(all);  // While it has its mesh.
   const auto whole = std::make_shared<const clay::TriangleMesh>(std::move(all.mesh));
   if (how.onRead) how.onRead(whole);
   clay::ImportOptions options;
@@ -103,17 +103,17 @@ void makePieces(io::ModelFile& read, const ModelImport& how, ImportedModel& impo
   for (double& each : saved)
     if (each < usual / kFinestSaved) each = usual;
   // `of`: the name before its notes; empty where there is one piece.
-  const auto add = [&](const io::ModelObject& object, const clay::TriangleMesh& mesh, const std::string& of) {
+  const auto add = [&](const io::ModelObject& object, const clay::TriangleMesh& mesh,
+                       const std::optional<io::Colour>& mean, const std::string& of) {
     clay::Imported made = clay::meshToClay(clay::Store::make(how.precision), mesh, options, job);
-    made.version = withColours(std::move(made.version), mesh, {object.vertexColours, object.triangleColours},
-                               clay::WorkPart(job, kMade, 1));
+    made.version = withColours(std::move(made.version), mesh, object, clay::WorkPart(job, kMade, 1));
     std::vector<std::string> notes = made.report.sentences();
     made.version = withoutNegatives(std::move(made.version), object.assembly, read.negatives, notes, job);
     if (made.version.stats().bricks == 0)
       notes.push_back(fmt::format("Nothing is left of {}: all of it is cut away.",
                                   object.name.empty() ? "an object" : object.name));
     else
-      imported.pieces.push_back(pieceOf(object, std::move(made.version)));
+      imported.pieces.push_back(pieceOf(object, mean, std::move(made.version)));
     for (const std::string& sentence : notes)
       imported.notes.push_back(of.empty() ? sentence : fmt::format("{}: {}", of, sentence));
   };
@@ -125,7 +125,8 @@ void makePieces(io::ModelFile& read, const ModelImport& how, ImportedModel& impo
         const io::ModelObject& object = objects[i];
         at = &object;
         options.grid.voxelMm = saved.size() == objects.size() ? saved[i] : usual;
-        add(object, object.mesh, object.name.empty() ? fmt::format("Object {}", i + 1) : io::displayName(object.name));
+        add(object, object.mesh, io::meanColour(object),
+            object.name.empty() ? fmt::format("Object {}", i + 1) : io::displayName(object.name));
       }
       requireSome(imported);
       return;
@@ -140,7 +141,7 @@ void makePieces(io::ModelFile& read, const ModelImport& how, ImportedModel& impo
     }
   }
   options.grid.voxelMm = saved.empty() ? usual : *std::min_element(saved.begin(), saved.end());
-  add(all, *whole, {});
+  add(all, *whole, meanOfAll, {});
   requireSome(imported);
 }
 

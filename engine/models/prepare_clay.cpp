@@ -52,7 +52,7 @@ PreparedClay importMesh(std::shared_ptr<clay::Store> store, const std::filesyste
   io::ModelFile model = io::readModel(file, job);
   prepared.notes = std::move(model.notes);
   io::ModelObject read = io::merged(std::move(model.objects));
-  read.colour = io::meanColour(read);
+  const std::optional<io::Colour> mean = io::meanColour(read);
   clay::TriangleMesh* const meshes[] = {&read.mesh};
   std::vector<clay::TriangleMesh*> negatives;
   for (io::ModelObject& negative : model.negatives) {
@@ -84,13 +84,12 @@ PreparedClay importMesh(std::shared_ptr<clay::Store> store, const std::filesyste
   }
   const auto sentences = imported.report.sentences();
   prepared.notes.insert(prepared.notes.end(), sentences.begin(), sentences.end());
-  prepared.version = withColours(std::move(imported.version), read.mesh, {read.vertexColours, read.triangleColours},
-                                 clay::WorkPart(job, kMade, 1));
+  prepared.version = withColours(std::move(imported.version), read.mesh, read, clay::WorkPart(job, kMade, 1));
   prepared.version = withoutNegatives(std::move(prepared.version), read.assembly, model.negatives, prepared.notes, job);
   if (prepared.version.stats().bricks == 0)
     throw Error(file.string() + ": nothing is left when its negative volumes are cut away");
   prepared.document = Document::of(prepared.version);
-  if (read.colour) prepared.document.pieces.front().colour = colourOf(*read.colour);
+  if (const auto colour = pieceColourOf(read, mean)) prepared.document.pieces.front().colour = *colour;
   if (!script.fitMm) prepared.document.pieces.front().fileOffsetMm = fileOffset(moved);
   return prepared;
 }

@@ -41,7 +41,7 @@ MeshFile readMesh(const std::filesystem::path& path, Job* job) {
 
 namespace argil::io {
 
-void PolygonList::add(MeshFile& file, std::span<const uint32_t> corners) {
+void PolygonList::add(MeshFile& file, std::span<const uint32_t> corners, std::span<const uint32_t> given) {
   std::vector<std::array<uint32_t, 3>>& triangles = file.mesh.triangles;
   ++file.faces;
   if (triangles.size() + corners.size() > UINT32_MAX)
@@ -50,6 +50,10 @@ void PolygonList::add(MeshFile& file, std::span<const uint32_t> corners) {
     ++file.polygons;
     polygons_.emplace_back(uint32_t(triangles.size()), uint32_t(corners.size()));
   }
+  if (!given.empty()) {
+    places.resize(triangles.size(), {kNone, kNone, kNone});
+    for (size_t i = 2; i < given.size(); ++i) places.push_back({given[0], given[i - 1], given[i]});
+  }
   for (size_t i = 2; i < corners.size(); ++i) triangles.push_back({corners[0], corners[i - 1], corners[i]});
 }
 
@@ -57,21 +61,27 @@ void PolygonList::divide(MeshFile& file, Job* job) {
   constexpr size_t kBetweenLooks = 4096;
   clay::Triangulator triangulator;
   std::vector<uint32_t> corners;
-  std::vector<Vec3d> places;
+  std::vector<Vec3d> positions;
   std::vector<std::array<uint32_t, 3>> divided;
   uint64_t crossed = 0;
+  if (!places.empty()) places.resize(file.mesh.triangles.size(), {kNone, kNone, kNone});
+  // Replaces a fan by triangles of its corners, which `divided` names.
+  const auto arrange = [&](std::span<std::array<uint32_t, 3>> fan) {
+    corners.assign({fan[0][0], fan[0][1]});
+    for (const auto& triangle : fan) corners.push_back(triangle[2]);
+    for (size_t t = 0; t < divided.size(); ++t)
+      fan[t] = {corners[divided[t][0]], corners[divided[t][1]], corners[divided[t][2]]};
+  };
   for (size_t p = 0; p < polygons_.size(); ++p) {
     if (p % kBetweenLooks == 0 && job != nullptr && job->cancelled()) throw Cancelled();
     const auto [first, count] = polygons_[p];
     const std::span fan = std::span(file.mesh.triangles).subspan(first, count - 2);
-    corners.assign({fan[0][0], fan[0][1]});
-    for (const auto& triangle : fan) corners.push_back(triangle[2]);
-    places.clear();
-    for (const uint32_t corner : corners) places.push_back(file.mesh.positions[corner]);
+    positions.assign({file.mesh.positions[fan[0][0]], file.mesh.positions[fan[0][1]]});
+    for (const auto& triangle : fan) positions.push_back(file.mesh.positions[triangle[2]]);
     divided.clear();
-    crossed += !triangulator.add(places, divided);
-    for (size_t t = 0; t < divided.size(); ++t)
-      fan[t] = {corners[divided[t][0]], corners[divided[t][1]], corners[divided[t][2]]};
+    crossed += !triangulator.add(positions, divided);
+    arrange(fan);
+    if (!places.empty()) arrange(std::span(places).subspan(first, count - 2));
   }
   polygons_.clear();
   if (crossed > 0)

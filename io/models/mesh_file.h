@@ -1,6 +1,7 @@
 #pragma once
 // Triangle meshes from files: what a model is when only its triangles matter.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -48,11 +49,17 @@ struct MeshFile {
 /// beginning, so that colours and objects can name them before their shape is known.
 class PolygonList {
  public:
+  static constexpr uint32_t kNone = UINT32_MAX;
+
   /// Adds a face to the file's triangles, as a fan about its first corner, and counts it. At least three corners.
-  void add(MeshFile& file, std::span<const uint32_t> corners);
+  /// `given`: a number for each corner, or none.
+  void add(MeshFile& file, std::span<const uint32_t> corners, std::span<const uint32_t> given = {});
   /// Divides those that no fan covers (clay/mesh/triangulate.h). Notes how many cross themselves. Indices must be in
   /// range by now. The list is empty afterwards. Throws Cancelled.
   void divide(MeshFile& file, Job* job);
+
+  /// Numbers of each triangle's corners, kNone where a face had none; empty when no face had any.
+  std::vector<std::array<uint32_t, 3>> places;
 
  private:
   std::vector<std::pair<uint32_t, uint32_t>> polygons_;  // first triangle, corners

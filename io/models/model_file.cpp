@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <new>
 #include <utility>
 
 #include "io/bytes/gzip.h"
 #include "io/bytes/input.h"
 #include "io/bytes/zip_reader.h"
+#include "io/models/colour_list.h"
 #include "io/models/foreign_files.h"
 #include "io/models/format_table.h"
 #include "io/models/three_mf_read.h"
@@ -184,9 +186,18 @@ ModelObject merged(std::vector<ModelObject>&& objects) {
       for (uint32_t& corner : triangle) corner += first;
       all.mesh.triangles.push_back(triangle);
     }
+    if (!each.places.empty()) {
+      all.places.resize(all.mesh.triangles.size() - each.mesh.triangles.size());
+      for (PicturePlaces places : each.places) {
+        if (places.picture != PicturePlaces::kNone) places.picture += static_cast<uint32_t>(all.pictures.size());
+        all.places.push_back(places);
+      }
+      all.pictures.insert(all.pictures.end(), each.pictures.begin(), each.pictures.end());
+    }
     all.faces.insert(all.faces.end(), each.faces.begin(), each.faces.end());
     each.mesh = {};
   }
+  if (!all.places.empty()) all.places.resize(all.mesh.triangles.size());
   return all;
 }
 
@@ -203,7 +214,28 @@ std::string notCutAway(size_t negatives) {
          ": only clay is cut";
 }
 
+/// Mean of what the pictures of an object show, each triangle as a whole.
+std::optional<Colour> meanOfPictures(const ModelObject& object) {
+  const PictureColours pictures(object, object.mesh);
+  double sum[3] = {}, covered = 0, area = 0;
+  for (size_t i = 0; i < object.mesh.triangles.size(); ++i) {
+    const auto& [a, b, c] = object.mesh.triangles[i];
+    const auto& p = object.mesh.positions;
+    const double weight = (p[b] - p[a]).cross(p[c] - p[a]).norm();
+    const Colour colour = pictures.at(i, Vec3d::Constant(1.0 / 3), std::sqrt(weight));
+    const double covers = weight * colour.alpha / 255;
+    sum[0] += covers * colour.red, sum[1] += covers * colour.green, sum[2] += covers * colour.blue;
+    covered += covers;
+    area += weight;
+  }
+  if (!(covered > 0)) return std::nullopt;
+  const auto part = [&](double s) { return static_cast<uint8_t>(s / covered + 0.5); };
+  // No less than all counts as all.
+  return Colour{part(sum[0]), part(sum[1]), part(sum[2]), static_cast<uint8_t>(255 * covered / area + 1e-6)};
+}
+
 std::optional<Colour> meanColour(const ModelObject& object) {
+  if (!object.places.empty()) return meanOfPictures(object);
   if (object.triangleColours.empty() && object.vertexColours.empty()) return object.colour;
   double sum[4] = {}, area = 0;
   for (size_t i = 0; i < object.mesh.triangles.size(); ++i) {

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -13,6 +14,7 @@
 
 #include "clay/base/job.h"
 #include "clay/mesh/triangle_mesh.h"
+#include "io/models/picture.h"
 
 namespace argil::io {
 
@@ -33,6 +35,29 @@ struct ModelFace {
   double width = 0, depth = 0;    ///< A plane's sizes along and perpendicular to `across`; length and radius; radius.
 };
 
+/// A base colour picture as a surface has it.
+struct SurfacePicture {
+  enum class Wrap : uint8_t { repeat, mirror, clamp };  ///< Beyond the picture's edges.
+  enum class Alpha : uint8_t {
+    opaque,  ///< The picture's alpha counts for nothing.
+    mask,    ///< Below `cutoff` there is no colour.
+    blend,   ///< So much of the colour covers what is below.
+  };
+  std::shared_ptr<const ColourImage> picture;
+  std::array<float, 4> factor{1, 1, 1, 1};  ///< Multiplies the picture: linear light and alpha.
+  Wrap wrapU = Wrap::repeat, wrapV = Wrap::repeat;
+  Alpha alpha = Alpha::opaque;
+  float cutoff = 0.5f;
+  bool tinted = false;  ///< Multiplied by the colours of vertices, too.
+};
+
+/// Where on a picture the corners of a triangle lie: 0 to 1, v from the top down.
+struct PicturePlaces {
+  static constexpr uint32_t kNone = UINT32_MAX;
+  std::array<std::array<float, 2>, 3> corners{};
+  uint32_t picture = kNone;  ///< In ModelObject::pictures; kNone: the triangle has none.
+};
+
 /// One thing of a model, placed: all transforms of the file are applied (an odd mirror also turns the triangles).
 struct ModelObject {
   std::string name;                     ///< As the file has it; may be empty.
@@ -40,8 +65,10 @@ struct ModelObject {
   std::vector<Colour> vertexColours;    ///< One a vertex, or empty.
   std::vector<Colour> triangleColours;  ///< One a triangle, or empty: goes before vertexColours.
   std::optional<Colour> colour;         ///< Of the whole, where the file says so.
-  std::vector<ModelFace> faces;  ///< Of STEP and IGES: planes, cylinders, cones, tori, balls. In the file's unit.
-  uint32_t assembly = 0;         ///< Objects of one are printed as one: what is cut away is cut from those of the same.
+  std::vector<SurfacePicture> pictures;
+  std::vector<PicturePlaces> places;  ///< One a triangle, or empty: pictures go before all other colours.
+  std::vector<ModelFace> faces;       ///< Of STEP and IGES: planes, cylinders, cones, tori, balls. In the file's unit.
+  uint32_t assembly = 0;  ///< Objects of one are printed as one: what is cut away is cut from those of the same.
 };
 
 /// What a file held. All coordinates are finite, all indices in range, each object has at least one triangle and there
@@ -82,7 +109,7 @@ struct ModelFile {
 /// What a reader says that leaves ModelFile::negatives out.
 [[nodiscard]] std::string notCutAway(size_t negatives);
 
-/// Mean of an object's colours by area; none when it has none.
+/// Mean of an object's colours by area; none when it has none. Alpha is the mean of how much pictures cover.
 [[nodiscard]] std::optional<Colour> meanColour(const ModelObject& object);
 
 }  // namespace argil::io

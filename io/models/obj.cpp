@@ -2,6 +2,7 @@
 // Colours behind a position are what MeshLab and others write.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -10,6 +11,7 @@
 #include "io/bytes/empty_objects.h"
 #include "io/bytes/text_cursor.h"
 #include "io/models/colour_list.h"
+#include "io/models/draco_mesh.h"
 #include "io/models/format_table.h"
 #include "io/models/mesh_file.h"
 #include "io/models/mtl.h"
@@ -19,8 +21,10 @@ namespace argil::io {
 namespace {
 
 /// What may begin a line besides v and f, and whether the mesh loses something by passing over it.
-constexpr std::array<std::string_view, 7> kHarmless = {"vt", "vn", "s", "mg", "maplib", "lod", "bevel"};
+constexpr std::array<std::string_view, 6> kHarmless = {"vn", "s", "mg", "maplib", "lod", "bevel"};
 constexpr size_t kMostLibrary = 16u << 20;  // bytes of a material library
+constexpr size_t kMostPictures = 64;        // of a file
+constexpr int kLargestPicture = 8192;       // pixels along an edge
 constexpr std::array<std::string_view, 2> kLines = {"l", "p"};
 constexpr std::array<std::string_view, 9> kFreeForm = {"vp",   "cstype", "deg",  "curv", "curv2",
                                                        "surf", "parm",   "trim", "end"};
@@ -51,7 +55,6 @@ class ObjReader {
     note(lines_, "line and point elements were left out");
     note(freeForm_, "statements of free-form curves and surfaces were left out");
     note(unknown_, "lines of an unknown kind were left out");
-    note(pictures_, "pictures of materials were left out");
     if (groups_.size() > 1) note(groups_.size(), "groups were put together");
     return model();
   }
@@ -62,10 +65,16 @@ class ObjReader {
     size_t begin;
     uint32_t object;
   };
-  /// Likewise of a material's colour; none: white beside others. Before the first run there is none.
+  /// Likewise of a material, by its place in materials_; none: white beside others. Before the first run there is none.
   struct MaterialRun {
     size_t begin;
-    std::optional<Colour> colour;
+    std::optional<size_t> material;
+  };
+  struct NamedMaterial {
+    Material material;
+    std::filesystem::path folder;          ///< Of its library.
+    std::optional<uint32_t> picture = {};  ///< In pictures, once it was read.
+    bool looked = false;                   ///< For its picture.
   };
 
   void statement(std::string_view word) {
@@ -81,8 +90,10 @@ class ObjReader {
     } else if (word == "mtllib") {
       library(cursor_.restOfLine());
     } else if (word == "usemtl") {
-      const auto known = materials_.find(cleanName(cursor_.restOfLine()));
-      colour_ = known == materials_.end() ? std::nullopt : std::optional(known->second);
+      const auto known = materialsByName_.find(cleanName(cursor_.restOfLine()));
+      material_ = known == materialsByName_.end() ? std::nullopt : std::optional(known->second);
+    } else if (word == "vt") {
+      texturePlace();
     } else if (word == "usemap") {
       ++pictures_;
     } else if (contains(kLines, word)) {
@@ -129,7 +140,11 @@ class ObjReader {
     try {
       const FileBytes bytes = readFile(path);
       MaterialLibrary found = parseMtl({bytes.bytes(), displayName(path)});
-      for (auto& [material, colour] : found.colours) materials_.insert_or_assign(material, colour);
+      for (auto& [material, what] : found.materials) {
+        pictures_ += what.map.file.empty() ? 0 : 1;
+        materialsByName_.insert_or_assign(material, materials_.size());
+        materials_.push_back({std::move(what), path.parent_path()});
+      }
       pictures_ += found.pictures;
     } catch (const Error&) {
       return false;
@@ -150,6 +165,17 @@ class ObjReader {
     file_.mesh.positions.emplace_back(x, y, z);
   }
 
+  /// u and v, of which v may be missing. What cannot be read is at zero: no face is lost by it.
+  void texturePlace() {
+    std::array<double, 2> place{};
+    for (double& number : place) {
+      double value = 0;
+      if (!cursor_.wordOnLine() || !parseNumber(cursor_.word(), value) || !std::isfinite(value)) break;
+      number = value;
+    }
+    texturePlaces_.push_back({float(place[0]), float(place[1])});
+  }
+
   uint32_t objectNamed(const std::string& name) {
     const auto [found, isNew] = objects_.try_emplace(name, uint32_t(names_.size()));
     if (isNew) names_.push_back(name);
@@ -158,6 +184,7 @@ class ObjReader {
 
   void face() {
     corners_.clear();
+    placesOfCorners_.clear();
     while (cursor_.wordOnLine()) corners_.push_back(corner(cursor_.word()));
     if (corners_.size() < 3) {
       cursor_.fail("a face has " + std::to_string(corners_.size()) +
@@ -166,9 +193,10 @@ class ObjReader {
     if (runs_.empty() || runs_.back().object != object_) runs_.push_back({file_.mesh.triangles.size(), object_});
     if (newGroup_) groups_.emplace(group_);
     newGroup_ = false;
-    const std::optional<Colour> before = materialRuns_.empty() ? std::nullopt : materialRuns_.back().colour;
-    if (colour_ != before) materialRuns_.push_back({file_.mesh.triangles.size(), colour_});
-    polygons_.add(file_, corners_);
+    const std::optional<size_t> before = materialRuns_.empty() ? std::nullopt : materialRuns_.back().material;
+    if (material_ != before) materialRuns_.push_back({file_.mesh.triangles.size(), material_});
+    const bool pictured = material_ && !materials_[*material_].material.map.file.empty();
+    polygons_.add(file_, corners_, pictured ? placesOfCorners_ : std::span<const uint32_t>());
   }
 
   /// One object each where "o" names several that have no vertex in common; else all is one, or a surface would be
@@ -181,11 +209,17 @@ class ObjReader {
     std::vector<Colour> colours = colours_.take(file_.mesh.positions.size());
     std::vector<Colour> ofTriangles;
     // Colours of vertices go before: who paints keeps a material beside it.
-    if (colours.empty() && !materialRuns_.empty()) ofTriangles = materialColours();
+    const bool coloured = std::any_of(materialRuns_.begin(), materialRuns_.end(), [this](const MaterialRun& run) {
+      return run.material && materials_[*run.material].material.colour;
+    });
+    if (colours.empty() && coloured) ofTriangles = materialColours();
+    std::vector<SurfacePicture> pictures;
+    std::vector<PicturePlaces> places = picturePlaces(pictures);
+    if (places.empty()) pictures.clear();
     const bool several =
         std::any_of(runs_.begin(), runs_.end(), [this](const Run& run) { return run.object != runs_[0].object; });
     if (several && apart()) {
-      split(model, colours, ofTriangles);
+      split(model, colours, ofTriangles, pictures, places);
     } else if (!file_.mesh.triangles.empty()) {
       if (several) file_.notes.emplace_back("the objects share vertices and were put together");
       ModelObject& all = model.objects.emplace_back();
@@ -193,6 +227,8 @@ class ObjReader {
       all.mesh = std::move(file_.mesh);
       all.vertexColours = std::move(colours);
       all.triangleColours = std::move(ofTriangles);
+      all.pictures = std::move(pictures);
+      all.places = std::move(places);
     }
     for (ModelObject& object : model.objects) {
       const std::vector<Colour>& list = object.triangleColours;
@@ -207,8 +243,91 @@ class ObjReader {
     for (size_t i = 1; i < names_.size(); ++i)
       if (!filled[i]) empty.push_back(names_[i]);
     if (!empty.empty()) file_.notes.push_back(emptyObjects(empty));
+    note(pictures_, "pictures of materials were left out");
     model.notes = std::move(file_.notes);
     return model;
+  }
+
+  /// Where each triangle lies on the picture of its material; empty when none has one. Reads the pictures.
+  std::vector<PicturePlaces> picturePlaces(std::vector<SurfacePicture>& pictures) {
+    std::vector<PicturePlaces> places;
+    if (polygons_.places.empty()) return places;
+    for (size_t r = 0; r < materialRuns_.size(); ++r) {
+      if (!materialRuns_[r].material) continue;
+      const size_t end = r + 1 < materialRuns_.size() ? materialRuns_[r + 1].begin : file_.mesh.triangles.size();
+      NamedMaterial& each = materials_[*materialRuns_[r].material];
+      for (size_t t = materialRuns_[r].begin; t < end; ++t) {
+        PicturePlaces of;
+        bool whole = true;
+        for (size_t k = 0; k < 3 && whole; ++k) {
+          const uint32_t at = polygons_.places[t][k];
+          whole = at < texturePlaces_.size();
+          if (!whole) break;
+          const MaterialMap& map = each.material.map;
+          const double u = double(texturePlaces_[at][0]) * map.scale[0] + map.offset[0],
+                       v = double(texturePlaces_[at][1]) * map.scale[1] + map.offset[1];
+          of.corners[k] = {float(u), float(1 - v)};
+        }
+        if (!whole) continue;
+        if (!each.looked) lookForPicture(each, pictures);
+        if (!each.picture) break;
+        of.picture = *each.picture;
+        if (places.empty()) places.resize(file_.mesh.triangles.size());
+        places[t] = of;
+      }
+    }
+    return places;
+  }
+
+  /// Below the library's folder or the file's; its last name alone where that is another computer's.
+  std::optional<std::filesystem::path> picturePath(const NamedMaterial& material) const {
+    std::string name = material.material.map.file;
+    std::replace(name.begin(), name.end(), '\\', '/');
+    const std::filesystem::path whole = std::filesystem::path(name).lexically_normal();
+    for (const std::filesystem::path& below : {whole, whole.filename()}) {
+      if (below.is_absolute() || below.empty() || *below.begin() == "..") continue;
+      for (const std::filesystem::path& folder : {material.folder, input_.folder}) {
+        std::error_code none;
+        if (std::filesystem::is_regular_file(folder / below, none)) return folder / below;
+      }
+    }
+    return std::nullopt;
+  }
+
+  void lookForPicture(NamedMaterial& material, std::vector<SurfacePicture>& pictures) {
+    material.looked = true;
+    const std::string named = "the picture " + shown(material.material.map.file);
+    --pictures_;
+    const std::optional<std::filesystem::path> path = picturePath(material);
+    if (!path) {
+      file_.notes.push_back(named + " is not beside the file: its material has one colour");
+      return;
+    }
+    try {
+      std::shared_ptr<const ColourImage>& image = images_[*path];
+      if (!image && images_.size() > kMostPictures) {
+        file_.notes.push_back(named + " was left out: the file has more than " + std::to_string(kMostPictures));
+        return;
+      }
+      if (!image) image = std::make_shared<const ColourImage>(readColourImage(*path, kLargestPicture, input_.job));
+      const Colour colour = material.material.colour.value_or(Colour());
+      // Black times a picture is black: programs that write both mean the picture.
+      const bool black = colour.red == 0 && colour.green == 0 && colour.blue == 0;
+      const auto part = [&](uint8_t c) { return black ? 1.0f : float(linearOf(c)) / 65535; };
+      const auto wrap = material.material.map.clamp ? SurfacePicture::Wrap::clamp : SurfacePicture::Wrap::repeat;
+      material.picture = uint32_t(pictures.size());
+      pictures.push_back({.picture = image,
+                          // Nobody names a picture to show none of it: for some, Tr 1 is opaque.
+                          .factor = {part(colour.red), part(colour.green), part(colour.blue),
+                                     material.material.opacity > 0 ? float(material.material.opacity) : 1.0f},
+                          .wrapU = wrap,
+                          .wrapV = wrap,
+                          .alpha = SurfacePicture::Alpha::blend});
+    } catch (const Cancelled&) {
+      throw;
+    } catch (const Error& error) {
+      file_.notes.push_back(std::string("a picture was left out: ") + error.what());
+    }
   }
 
   std::vector<Colour> materialColours() const {
@@ -216,7 +335,8 @@ class ObjReader {
     for (size_t r = 0; r < materialRuns_.size(); ++r) {
       const size_t end = r + 1 < materialRuns_.size() ? materialRuns_[r + 1].begin : all.size();
       std::fill(all.begin() + std::ptrdiff_t(materialRuns_[r].begin), all.begin() + std::ptrdiff_t(end),
-                materialRuns_[r].colour.value_or(Colour()));
+                materialRuns_[r].material ? materials_[*materialRuns_[r].material].material.colour.value_or(Colour())
+                                          : Colour());
     }
     return all;
   }
@@ -245,7 +365,8 @@ class ObjReader {
     return !shared;
   }
 
-  void split(ModelFile& model, const std::vector<Colour>& colours, const std::vector<Colour>& ofTriangles) {
+  void split(ModelFile& model, const std::vector<Colour>& colours, const std::vector<Colour>& ofTriangles,
+             const std::vector<SurfacePicture>& pictures, const std::vector<PicturePlaces>& places) {
     constexpr uint32_t kNone = UINT32_MAX;
     std::vector<uint32_t> place(file_.mesh.positions.size(), kNone);  // in the vertex's object
     std::vector<ModelObject> objects(names_.size());
@@ -264,10 +385,16 @@ class ObjReader {
         }
         object.mesh.triangles.push_back(triangle);
         if (!ofTriangles.empty()) object.triangleColours.push_back(ofTriangles[index]);
+        if (!places.empty()) object.places.push_back(places[index]);
         ++index;
       }
     });
     for (ModelObject& object : objects) {
+      const auto pictured = [](const PicturePlaces& each) { return each.picture != PicturePlaces::kNone; };
+      if (std::any_of(object.places.begin(), object.places.end(), pictured))
+        object.pictures = pictures;
+      else
+        object.places.clear();
       if (!object.mesh.triangles.empty()) model.objects.push_back(std::move(object));
     }
   }
@@ -286,9 +413,13 @@ class ObjReader {
     int64_t vertex = 0;
     int64_t unused = 0;
     if (!parseInteger(parts[0], vertex)) refuse(word);
-    for (const std::string_view part : {parts[1], parts[2]}) {
+    for (const std::string_view part : {parts[2], parts[1]}) {
+      unused = 0;
       if (!part.empty() && !parseInteger(part, unused)) refuse(word);
     }
+    const int64_t place = unused < 0 ? int64_t(texturePlaces_.size()) + unused : unused - 1;
+    placesOfCorners_.push_back(place >= 0 && place < int64_t(PolygonList::kNone) ? uint32_t(place)
+                                                                                 : PolygonList::kNone);
     const auto known = int64_t(file_.mesh.positions.size());
     if (vertex == 0) cursor_.fail("a face names vertex 0 and they count from 1; repair the line or export again");
     if (vertex < -known) {
@@ -331,8 +462,12 @@ class ObjReader {
   bool newGroup_ = false;
   std::set<std::string_view> groups_;  ///< Those with faces, as the file writes them.
   std::set<std::string> libraries_;    ///< Looked for already.
-  std::map<std::string, Colour> materials_;
-  std::optional<Colour> colour_;  ///< Of the material in use.
+  std::vector<NamedMaterial> materials_;
+  std::map<std::string, size_t> materialsByName_;
+  std::optional<size_t> material_;  ///< The one in use.
+  std::vector<std::array<float, 2>> texturePlaces_;
+  std::vector<uint32_t> placesOfCorners_;
+  std::map<std::filesystem::path, std::shared_ptr<const ColourImage>> images_;
   std::vector<MaterialRun> materialRuns_;
   uint64_t pictures_ = 0;
   uint64_t highest_ = 0;  ///< Highest vertex that a face names, counted from 1.

@@ -75,6 +75,19 @@ GreyImage readGreyImage(const std::filesystem::path& file, int largest, Job* job
   return {rows.width, rows.height, std::move(rows.items)};
 }
 
+ColourImage readColourImage(const std::filesystem::path& file, int largest, Job* job) {
+  if (headOf(file).empty()) static_cast<void>(readFile(file));  // which says why it cannot be read at all
+  Rows<uint8_t> rows(wire::Kind::pixels, 4, largest);
+  try {
+    runReader(
+        "colour", file, [&](wire::Kind kind, std::span<const std::byte> payload) { rows.take(kind, payload); }, job,
+        limitsFor(largest));
+  } catch (const std::bad_alloc&) {
+    fail(displayName(file), "does not fit into memory; make it smaller first");
+  }
+  return {rows.width, rows.height, std::move(rows.items)};
+}
+
 ColourImage unpackPicture(std::span<const std::byte> bytes, int largest, Job* job) {
   Rows<uint8_t> rows(wire::Kind::pixels, 4, largest);
   runReaderOn(

@@ -27,6 +27,9 @@ struct ColourImage {
 /// that ends early does not); Cancelled. Starts a process: some 40 ms beside the work. Any thread but the servo's.
 [[nodiscard]] GreyImage readGreyImage(const std::filesystem::path& file, int largest, Job* job = nullptr);
 
+/// The same formats from a file, in colour.
+[[nodiscard]] ColourImage readColourImage(const std::filesystem::path& file, int largest, Job* job = nullptr);
+
 /// The same formats from memory, in colour: a preview may come from anybody's document. Errors name it "the picture".
 [[nodiscard]] ColourImage unpackPicture(std::span<const std::byte> bytes, int largest, Job* job = nullptr);
 

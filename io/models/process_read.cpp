@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <new>
 #include <string_view>
 
@@ -31,13 +32,21 @@ class ModelAssembler {
     for (; !payload.empty(); payload = payload.subspan(sizeof(T))) use(wireStruct<T>(payload));
   }
   void requireComplete() const {
-    if (vertices_ != 0 || triangles_ != 0 || colours_ != 0 || triangleColours_ != 0) failWire();
+    if (vertices_ != 0 || triangles_ != 0 || colours_ != 0 || triangleColours_ != 0 || places_ != 0) failWire();
+    if (picture_ && picture_->rgba.size() != 4 * size_t(picture_->width) * size_t(picture_->height)) failWire();
   }
+  void takePicture(wire::Kind kind, std::span<const std::byte> payload);
+  void addPlaces(ModelObject& object, const wire::Places& places) const;
+  void keepUsedPictures(ModelObject& object) const;
 
   ModelFile model_;
   uint64_t count_ = 0;                                                         // vertices of the object
   uint64_t vertices_ = 0, triangles_ = 0, colours_ = 0, triangleColours_ = 0;  // still to come
   uint64_t faces_ = 0;                                                         // that may still come
+  uint64_t places_ = 0;                                                        // still to come
+  std::shared_ptr<ColourImage> picture_;                                       // the last one
+  std::vector<std::shared_ptr<const ColourImage>> pictures_;
+  std::vector<SurfacePicture> surfaces_;
 };
 
 ModelFace faceOf(const wire::Face& from) {
@@ -80,6 +89,7 @@ void ModelAssembler::take(wire::Kind kind, std::span<const std::byte> payload) {
       triangles_ = head.triangles;
       colours_ = head.hasColours != 0 ? head.vertices : 0;
       triangleColours_ = head.hasTriangleColours != 0 ? head.triangles : 0;
+      places_ = head.hasPlaces != 0 ? head.triangles : 0;
       faces_ = wire::kMostFaces;
       ModelObject& next = model_.objects.emplace_back();
       next.name = wireText(name);
@@ -108,6 +118,13 @@ void ModelAssembler::take(wire::Kind kind, std::span<const std::byte> payload) {
       return each<std::array<uint8_t, 4>>(payload, triangleColours_, [&](const std::array<uint8_t, 4>& c) {
         object->triangleColours.push_back({c[0], c[1], c[2], c[3]});
       });
+    case wire::Kind::picture:
+    case wire::Kind::pixels:
+    case wire::Kind::surface:
+      return takePicture(kind, payload);
+    case wire::Kind::places:
+      if (object == nullptr) failWire();
+      return each<wire::Places>(payload, places_, [&](const wire::Places& places) { addPlaces(*object, places); });
     case wire::Kind::faces:
       if (object == nullptr) failWire();
       requireComplete();
@@ -119,6 +136,66 @@ void ModelAssembler::take(wire::Kind kind, std::span<const std::byte> payload) {
     default:
       failWire();
   }
+}
+
+void ModelAssembler::takePicture(wire::Kind kind, std::span<const std::byte> payload) {
+  if (kind == wire::Kind::pixels) {
+    if (!picture_ || payload.size() % 4 != 0) failWire();
+    const size_t whole = 4 * size_t(picture_->width) * size_t(picture_->height), first = picture_->rgba.size();
+    if (payload.size() > whole - first) failWire();
+    picture_->rgba.resize(first + payload.size());
+    std::memcpy(picture_->rgba.data() + first, payload.data(), payload.size());
+    return;
+  }
+  requireComplete();
+  if (kind == wire::Kind::picture) {
+    const auto head = wireStruct<wire::Picture>(payload);
+    constexpr uint32_t kMost = wire::kMostPictureEdge;
+    if (head.width < 1 || head.height < 1 || head.width > kMost || head.height > kMost) failWire();
+    picture_ = std::make_shared<ColourImage>();
+    picture_->width = int(head.width), picture_->height = int(head.height);
+    pictures_.push_back(picture_);
+    return;
+  }
+  const auto from = wireStruct<wire::Surface>(payload);
+  if (from.picture >= pictures_.size() || from.wrapU > 2 || from.wrapV > 2 || from.alpha > 2) failWire();
+  SurfacePicture surface;
+  surface.picture = pictures_[from.picture];
+  for (size_t k = 0; k < 4; ++k) surface.factor[k] = from.factor[k];
+  const auto isPart = [](float part) { return part >= 0 && part <= 1; };
+  if (!std::all_of(surface.factor.begin(), surface.factor.end(), isPart) || !std::isfinite(from.cutoff)) failWire();
+  surface.cutoff = from.cutoff;
+  surface.wrapU = SurfacePicture::Wrap(from.wrapU), surface.wrapV = SurfacePicture::Wrap(from.wrapV);
+  surface.alpha = SurfacePicture::Alpha(from.alpha);
+  surface.tinted = from.tinted != 0;
+  surfaces_.push_back(std::move(surface));
+}
+
+void ModelAssembler::addPlaces(ModelObject& object, const wire::Places& places) const {
+  PicturePlaces of;
+  if (places.surface != wire::kNoSurface) {
+    if (places.surface >= surfaces_.size()) failWire();
+    of.picture = places.surface;
+  }
+  for (size_t k = 0; k < 6; ++k) {
+    if (!std::isfinite(places.at[k])) failWire();
+    of.corners[k / 2][k % 2] = places.at[k];
+  }
+  object.places.push_back(of);
+}
+
+void ModelAssembler::keepUsedPictures(ModelObject& object) const {
+  std::vector<uint32_t> number(surfaces_.size(), PicturePlaces::kNone);
+  for (PicturePlaces& each : object.places) {
+    if (each.picture == PicturePlaces::kNone) continue;
+    uint32_t& own = number[each.picture];
+    if (own == PicturePlaces::kNone) {
+      own = uint32_t(object.pictures.size());
+      object.pictures.push_back(surfaces_[each.picture]);
+    }
+    each.picture = own;
+  }
+  if (object.pictures.empty()) object.places.clear();
 }
 
 /// Vertices of equal coordinates become one, unless they differ in colour and some triangle blends its corners.
@@ -148,6 +225,7 @@ void weld(ModelObject& object) {
 ModelFile ModelAssembler::finish() {
   for (ModelObject& object : model_.objects) {
     model_.faces += object.mesh.triangles.size();
+    keepUsedPictures(object);
     // These formats split vertices where normals or colours jump. What is closed as it is stays: in it equal places are
     // different vertices that were rounded together.
     if (clay::checkTopology(object.mesh).boundaryEdges == 0) continue;

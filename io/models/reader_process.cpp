@@ -126,6 +126,10 @@ class Messages {
         return ++texts_ <= wire::kMostTexts;
       case wire::Kind::object:
         return ++objects_ <= wire::kMostObjects;
+      case wire::Kind::surface:
+        return ++surfaces_ <= wire::kMostSurfaces;
+      case wire::Kind::picture:
+        return ++pictures_ <= wire::kMostSurfaces;
       case wire::Kind::grid:
         return ++grids_ <= wire::kMostGrids;
       default:
@@ -136,7 +140,7 @@ class Messages {
   const std::string& name_;
   std::vector<std::byte> bytes_;
   bool begun_ = false;
-  uint32_t texts_ = 0, objects_ = 0, grids_ = 0;
+  uint32_t texts_ = 0, objects_ = 0, grids_ = 0, surfaces_ = 0, pictures_ = 0;
 };
 
 /// A file without a name that holds the bytes.

@@ -16,6 +16,8 @@ namespace {
 
 using Colours = std::vector<Colour>;
 
+constexpr double kFarthest = 1e30;  // of a place on a picture; what lies farther is no place
+
 struct Unit {
   std::string_view name;
   double mm;
@@ -178,6 +180,10 @@ class PartReader {
         readColours(kCore, "base", "displaycolor");
       } else if (xml_.is(kMaterial, "colorgroup")) {
         readColours(kMaterial, "color", "color");
+      } else if (xml_.is(kMaterial, "texture2d")) {
+        readTexture();
+      } else if (xml_.is(kMaterial, "texture2dgroup")) {
+        readTexturePlaces();
       } else if (xml_.space() == kMaterial) {
         const bool texture = xml_.name().starts_with("texture");
         (texture ? losses_.textures : losses_.mixtures) = true;
@@ -197,6 +203,61 @@ class PartReader {
     }
     if (!groups_.emplace(id, std::move(colours)).second)
       xml_.fail("the id " + std::to_string(id) + " stands twice; export it again");
+  }
+
+  /// A picture that cannot be had is noted when it is looked for.
+  void readTexture() {
+    const uint32_t id = indexOf(xml_, required(xml_, "id"), "the id of a texture");
+    Texture texture;
+    if (const std::string_view* path = xml_.attribute("path")) texture.path = xml_.utf8(*path);
+    // "none" leaves what lies beyond the edges to the material below, of which clay has one colour at most.
+    const auto wrapOf = [&](std::string_view attribute) {
+      const std::string_view* style = xml_.attribute(attribute);
+      if (style == nullptr || *style == "wrap") return SurfacePicture::Wrap::repeat;
+      return *style == "mirror" ? SurfacePicture::Wrap::mirror : SurfacePicture::Wrap::clamp;
+    };
+    texture.wrapU = wrapOf("tilestyleu"), texture.wrapV = wrapOf("tilestylev");
+    textures_.emplace(id, uint32_t(part_.textures.size()));
+    part_.textures.push_back(std::move(texture));
+  }
+
+  void readTexturePlaces() {
+    const uint32_t id = indexOf(xml_, required(xml_, "id"), "the id of a property");
+    const auto texture = textures_.find(indexOf(xml_, required(xml_, "texid"), "the id of a texture"));
+    TexturePlaces group;
+    if (texture == textures_.end())
+      losses_.textures = true;
+    else
+      group.texture = texture->second;
+    for (const size_t in = xml_.depth(); xml_.child(in);) {
+      if (!xml_.is(kMaterial, "tex2coord")) continue;
+      std::array<float, 2> place{};
+      for (const size_t k : {0u, 1u}) {
+        const std::string_view* text = xml_.attribute(k == 0 ? "u" : "v");
+        double number = 0;
+        if (text != nullptr && parseNumber(trimmed(*text), number) && std::abs(number) < kFarthest)
+          place[k] = float(number);
+      }
+      group.places.push_back({place[0], 1 - place[1]});  // v points upwards there
+    }
+    unkept_.push_back(id);  // No colour of its own.
+    texturePlaces_.emplace(id, std::move(group));
+  }
+
+  /// Where a triangle of these properties lies on a picture.
+  std::optional<PicturePlaces> placesOf(uint32_t group, const std::array<uint32_t, 3>& properties) {
+    const auto found = texturePlaces_.find(group);
+    if (found == texturePlaces_.end() || found->second.texture == PicturePlaces::kNone) return std::nullopt;
+    PicturePlaces places;
+    places.picture = found->second.texture;
+    for (size_t k = 0; k < 3; ++k) {
+      if (properties[k] >= found->second.places.size()) {
+        ++losses_.badColours;
+        return std::nullopt;
+      }
+      places.corners[k] = found->second.places[properties[k]];
+    }
+    return places;
   }
 
   std::optional<Colour> property(uint32_t group, uint32_t index) {
@@ -247,8 +308,7 @@ class PartReader {
         }
       } else if (xml_.is(kCore, "triangles")) {
         for (const size_t triangles = xml_.depth(); xml_.child(triangles);) {
-          if (xml_.is(kCore, "triangle"))
-            highest = std::max(highest, readTriangle(object.mesh, group, colour, colours));
+          if (xml_.is(kCore, "triangle")) highest = std::max(highest, readTriangle(object, group, colour, colours));
         }
       } else if (xml_.name() == "beamlattice") {
         losses_.beams = true;
@@ -258,6 +318,7 @@ class PartReader {
       xml_.fail("a triangle names vertex " + std::to_string(highest) + " and the mesh has " +
                 std::to_string(object.mesh.positions.size()) + "; repair it or export it again");
     }
+    if (!object.places.empty()) object.places.resize(object.mesh.triangles.size());
     colours.finish(object);
   }
 
@@ -277,8 +338,9 @@ class PartReader {
     ticker_.at(xml_.offset());
   }
 
-  uint32_t readTriangle(clay::TriangleMesh& mesh, std::optional<uint32_t> group, std::optional<Colour> colour,
+  uint32_t readTriangle(ModelObject& object, std::optional<uint32_t> group, std::optional<Colour> colour,
                         CornerColours& colours) {
+    clay::TriangleMesh& mesh = object.mesh;
     std::array<uint32_t, 3> corners{}, properties{};
     unsigned seen = 0, seenProperties = 0;
     for (const XmlScanner::Attribute& each : xml_.attributes()) {
@@ -307,6 +369,12 @@ class PartReader {
       if (found[0] || found[1] || found[2])
         colours.set(mesh.triangles.size(),
                     {found[0].value_or(other), found[1].value_or(other), found[2].value_or(other)});
+      const bool apart = (seenProperties & 6) == 6;
+      if (const auto places =
+              placesOf(*group, apart ? properties : std::array{properties[0], properties[0], properties[0]})) {
+        object.places.resize(mesh.triangles.size());
+        object.places.push_back(*places);
+      }
     }
     mesh.triangles.push_back(corners);
     ticker_.at(xml_.offset());
@@ -341,6 +409,12 @@ class PartReader {
   Losses& losses_;
   Part part_;
   std::map<uint32_t, Colours> groups_;
+  struct TexturePlaces {
+    uint32_t texture = PicturePlaces::kNone;   ///< In Part::textures; kNone: the file does not have it.
+    std::vector<std::array<float, 2>> places;  ///< u and v, v from the top down.
+  };
+  std::map<uint32_t, uint32_t> textures_;  ///< By ids: in Part::textures.
+  std::map<uint32_t, TexturePlaces> texturePlaces_;
   std::vector<uint32_t> unkept_;  ///< Groups of properties that are no colours.
 };
 
@@ -373,7 +447,7 @@ std::vector<std::string> Losses::sentences() const {
   const auto amount = [](uint64_t n, const char* one, const char* many) {
     return std::to_string(n) + (n == 1 ? one : many);
   };
-  if (textures) all.emplace_back("textures were not kept; colours of materials were");
+  if (textures) all.emplace_back("some textures were not kept; colours of materials were");
   if (mixtures) all.emplace_back("mixtures of materials were not kept");
   if (badColours > 0)
     all.push_back(amount(badColours, " colour is", " colours are") +

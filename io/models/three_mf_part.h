@@ -38,7 +38,7 @@ struct Use {
 };
 
 struct Object {
-  ModelObject content;  ///< Without triangles when it has components.
+  ModelObject content;  ///< Without triangles when it has components; its places name Part::textures, not `pictures`.
   std::vector<Use> components;
   bool printed = true;  ///< No support and nothing of another purpose.
 };
@@ -51,11 +51,18 @@ struct Losses {
   [[nodiscard]] std::vector<std::string> sentences() const;
 };
 
+/// A picture of the package, as surfaces have it.
+struct Texture {
+  std::string path;
+  SurfacePicture::Wrap wrapU = SurfacePicture::Wrap::repeat, wrapV = SurfacePicture::Wrap::repeat;
+};
+
 struct Part {
   std::string path;
   double unitMm = 1;
   std::map<uint32_t, Object> objects;
   std::vector<Use> items;
+  std::vector<Texture> textures;
   std::vector<std::pair<std::string, std::string>> metadata;
   bool hasResources = false, hasBuild = false;
 };

@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <memory>
+#include <string_view>
 #include <utility>
 
 #include "io/bytes/empty_objects.h"
 #include "io/bytes/xml_scan.h"
 #include "io/bytes/zip_reader.h"
+#include "io/models/picture.h"
 #include "io/models/slicer_settings.h"
 #include "io/models/three_mf_part.h"
 
@@ -24,6 +27,8 @@ constexpr const char* kRootRelations = "_rels/.rels";
 constexpr uint64_t kMostUses = 65536;
 constexpr uint64_t kMostCopied = 16'000'000;
 constexpr size_t kMostNested = 64;
+constexpr size_t kMostPictures = 64;   // of a file
+constexpr int kLargestPicture = 8192;  // pixels along an edge
 
 /// "/3D/a.model" as the archive names it.
 std::string_view inArchive(std::string_view path) {
@@ -59,6 +64,7 @@ class PackageReader {
     model.unitMm = root.unitMm;
     model.metadata = std::move(root.metadata);
     model.notes = losses_.sentences();
+    model.notes.insert(model.notes.end(), pictureNotes_.begin(), pictureNotes_.end());
     if (!slicer_.trouble.empty()) model.notes.push_back(slicer_.trouble);
     if (!empty_.empty()) model.notes.push_back(emptyObjects(empty_));
     put(model);
@@ -115,10 +121,65 @@ class PackageReader {
     if (root_ == nullptr) root_ = &made;
     if (made.unitMm != root_->unitMm)
       refuse(made, "its unit is another than that of the other parts; save the model with one unit");
+    if (!made.textures.empty()) givePictures(made);
     for (const auto& [id, object] : made.objects) {
       held_ += std::max(object.content.mesh.triangles.size(), object.content.mesh.positions.size());
     }
     return made;
+  }
+
+  void notePicture(const std::string& sentence) {
+    if (std::find(pictureNotes_.begin(), pictureNotes_.end(), sentence) == pictureNotes_.end())
+      pictureNotes_.push_back(sentence);
+  }
+
+  /// The picture of a part of the package; null, and a note, where it cannot be had.
+  std::shared_ptr<const ColourImage> pictureAt(const std::string& path) {
+    const auto known = images_.find(path);
+    if (known != images_.end()) return known->second;
+    std::shared_ptr<const ColourImage>& image = images_[path];
+    const std::string named = "the picture " + shown(path);
+    const ZipReader::Part* found = path.empty() ? nullptr : zip_.find(inArchive(path));
+    if (found == nullptr) {
+      notePicture(named + " is not in the file: its surface has one colour");
+    } else if (images_.size() > kMostPictures) {
+      notePicture(named + " was left out: the file has more than " + std::to_string(kMostPictures));
+    } else {
+      try {
+        const FileBytes bytes = zip_.read(*found);
+        image = std::make_shared<const ColourImage>(unpackPicture(bytes.bytes(), kLargestPicture, input_.job));
+      } catch (const Cancelled&) {
+        throw;
+      } catch (const Error& error) {
+        const std::string_view wrong = error.what(), prefix = "the picture: ";
+        notePicture(named + " was left out and its surface has one colour: " +
+                    std::string(wrong.substr(wrong.starts_with(prefix) ? prefix.size() : 0)));
+      }
+    }
+    return image;
+  }
+
+  void givePictures(Part& part) {
+    for (auto& [id, object] : part.objects) {
+      ModelObject& content = object.content;
+      std::map<uint32_t, uint32_t> numbers;  // of textures: in the object
+      for (PicturePlaces& places : content.places) {
+        if (places.picture == PicturePlaces::kNone) continue;
+        const auto [at, isNew] = numbers.try_emplace(places.picture, PicturePlaces::kNone);
+        const Texture& texture = part.textures[places.picture];
+        if (isNew) {
+          if (const auto image = pictureAt(texture.path)) {
+            at->second = uint32_t(content.pictures.size());
+            content.pictures.push_back({.picture = image,
+                                        .wrapU = texture.wrapU,
+                                        .wrapV = texture.wrapV,
+                                        .alpha = SurfacePicture::Alpha::blend});
+          }
+        }
+        places.picture = at->second;
+      }
+      if (content.pictures.empty()) content.places.clear();
+    }
   }
 
   // What is known of an object before it is looked at.
@@ -185,6 +246,7 @@ class PackageReader {
         }
         if (placed.transform.mirrors()) {
           for (auto& triangle : object.mesh.triangles) std::swap(triangle[1], triangle[2]);
+          for (PicturePlaces& places : object.places) std::swap(places.corners[1], places.corners[2]);
         }
       }
       object.assembly = placed.assembly;
@@ -242,7 +304,9 @@ class PackageReader {
       }
       object.mesh.triangles.push_back(triangle);
       if (!all.triangleColours.empty()) object.triangleColours.push_back(all.triangleColours[t]);
+      if (!all.places.empty()) object.places.push_back(all.places[t]);
     }
+    object.pictures = all.pictures;
     for (uint64_t t = volume.first; t <= volume.last; ++t)
       for (const uint32_t corner : all.mesh.triangles[t]) vertexPlace_[corner] = UINT32_MAX;
     return object;
@@ -253,6 +317,8 @@ class PackageReader {
   SlicerSettings slicer_;
   std::map<std::string, Part> parts_;
   const Part* root_ = nullptr;
+  std::map<std::string, std::shared_ptr<const ColourImage>> images_;  // by paths; null: cannot be had
+  std::vector<std::string> pictureNotes_;
   Losses losses_;
   std::vector<const Object*> trail_;
   std::vector<Placed> placed_;

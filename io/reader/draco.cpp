@@ -53,7 +53,8 @@ void takeColours(const draco::Mesh& mesh, const draco::PointAttribute& attribute
 }  // namespace
 
 MeshData decodeDraco(std::span<const unsigned char> bytes, std::optional<uint64_t> positionId,
-                     std::optional<uint64_t> colourId, const std::optional<std::array<double, 4>>& linearFactor) {
+                     std::optional<uint64_t> colourId, const std::optional<std::array<double, 4>>& linearFactor,
+                     std::optional<uint64_t> placesId) {
   draco::DecoderBuffer buffer;
   buffer.Init(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   const auto type = draco::Decoder::GetEncodedGeometryType(&buffer);
@@ -88,6 +89,19 @@ MeshData decodeDraco(std::span<const unsigned char> bytes, std::optional<uint64_
       data.triangles[i][c] = face[c].value();
       if (face[c].value() >= mesh.num_points())
         throw Error("its Draco data names vertices that are not there; export it again");
+    }
+  }
+  if (placesId) {
+    const draco::PointAttribute* places = attributeOf(placesId, draco::GeometryAttribute::TEX_COORD);
+    if (places != nullptr && places->num_components() == 2) {
+      data.texturePlaces.resize(mesh.num_points());
+      for (uint32_t i = 0; i < mesh.num_points(); ++i) {
+        const draco::AttributeValueIndex value = places->mapped_index(draco::PointIndex(i));
+        std::array<float, 2>& at = data.texturePlaces[i];
+        if (value.value() >= places->size() || !places->ConvertValue<float>(value, 2, at.data()) ||
+            !std::isfinite(at[0]) || !std::isfinite(at[1]))
+          at = {0, 0};
+      }
     }
   }
   if (!positionId || colourId) {

@@ -23,6 +23,8 @@ constexpr uint64_t kTriangles = 4, kFan = 6;  // and strips between them
 constexpr Bytes4 kWhite = {255, 255, 255, 255};
 constexpr double kRounding = 1e-6;  // of the last row of a matrix that a program multiplied in 32 bits
 
+constexpr uint64_t kMostPixels = uint64_t{1} << 28;  // of all pictures
+
 /// Everything of the scene, in all instances: more would not fit into the limits of the other end either.
 constexpr uint64_t kMostTriangles = uint64_t{1} << 28;
 
@@ -36,11 +38,28 @@ class Primitive {
   uint64_t mode = kTriangles;
   std::array<double, 4> factor = {1, 1, 1, 1};  // base colour, linear
   std::optional<MeshData> unpacked;             // in place of the numbers
+  // A picture of the base colour: the number of its surface, and how its places are moved (KHR_texture_transform).
+  std::optional<uint32_t> surface;
+  std::optional<GltfFile::Numbers> texturePlaces;
+  std::array<double, 6> placing = {1, 0, 0, 1, 0, 0};  // u' = a u + c v + e, v' = b u + d v + f
 
+  /// What multiplies colours of vertices: with a picture, its surface has the factor.
+  [[nodiscard]] std::array<double, 4> tint() const { return surface ? std::array<double, 4>{1, 1, 1, 1} : factor; }
   [[nodiscard]] Bytes4 base() const {
-    return {srgbByte(factor[0]), srgbByte(factor[1]), srgbByte(factor[2]), plainByte(factor[3])};
+    const auto [red, green, blue, alpha] = tint();
+    return {srgbByte(red), srgbByte(green), srgbByte(blue), plainByte(alpha)};
   }
   [[nodiscard]] bool coloured() const { return unpacked ? !unpacked->colours.empty() : colours.has_value(); }
+  [[nodiscard]] std::array<float, 2> texturePlace(uint64_t i) const {
+    std::array<double, 4> at{};
+    if (unpacked)
+      at = {double(unpacked->texturePlaces[i][0]), double(unpacked->texturePlaces[i][1])};
+    else
+      texturePlaces->get(i, at.data());
+    const auto finite = [](double x) { return std::abs(x) < 1e30 ? float(x) : 0.0f; };
+    return {finite(placing[0] * at[0] + placing[2] * at[1] + placing[4]),
+            finite(placing[1] * at[0] + placing[3] * at[1] + placing[5])};
+  }
   [[nodiscard]] uint64_t vertices() const { return unpacked ? unpacked->positions.size() : positions.count(); }
   [[nodiscard]] uint64_t triangles() const {
     if (unpacked) return unpacked->triangles.size();
@@ -67,8 +86,9 @@ class Primitive {
     if (unpacked) return unpacked->colours[i];
     std::array<double, 4> linear = {0, 0, 0, 1};
     colours->get(i, linear.data());
-    return {srgbByte(linear[0] * factor[0]), srgbByte(linear[1] * factor[1]), srgbByte(linear[2] * factor[2]),
-            plainByte(linear[3] * factor[3])};
+    const auto by = tint();
+    return {srgbByte(linear[0] * by[0]), srgbByte(linear[1] * by[1]), srgbByte(linear[2] * by[2]),
+            plainByte(linear[3] * by[3])};
   }
 
  private:
@@ -104,6 +124,11 @@ class Scene {
   const Mesh& mesh(uint64_t index);
   std::optional<Primitive> primitive(const Json& json, const std::string& name);
   std::array<double, 4> baseColour(const Json& primitive);
+  const Json& basePicture(const Json& primitive) const;
+  void usePicture(const Json& primitive, Primitive& part);
+  std::optional<uint32_t> surfaceOf(uint64_t material);
+  std::optional<uint32_t> sentSurface(uint64_t material);
+  std::optional<uint32_t> pictureOf(uint64_t texture);
   void noteOnce(const std::string& sentence) {
     if (std::find(noted_.begin(), noted_.end(), sentence) == noted_.end()) noted_.push_back(sentence);
   }
@@ -111,7 +136,10 @@ class Scene {
   GltfFile file_;
   Sender& sender_;
   std::vector<std::optional<Mesh>> meshes_;
-  std::vector<std::string> noted_, empty_;  // sentences; names of objects without triangles
+  std::vector<std::string> noted_, empty_;                           // sentences; names of objects without triangles
+  std::map<uint64_t, std::optional<uint32_t>> pictures_, surfaces_;  // by images and materials: as they were sent
+  uint32_t pictureCount_ = 0, surfaceCount_ = 0;
+  uint64_t pixels_ = 0;
   bool draco_ = false;
   uint64_t triangles_ = 0, objects_ = 0;
 };
@@ -289,6 +317,7 @@ void Scene::sendPlaced(const Mesh& mesh, const Eigen::Affine3d& place, const std
     object.vertices += part.vertices();
     object.triangles += part.triangles();
     if (part.coloured() || part.base() != mesh.front().base()) object.hasColours = 1;
+    if (part.surface) object.hasPlaces = 1;
   }
   triangles_ += object.triangles;
   if (triangles_ > kMostTriangles)
@@ -296,7 +325,7 @@ void Scene::sendPlaced(const Mesh& mesh, const Eigen::Affine3d& place, const std
   if (++objects_ > wire::kMostObjects)
     throw Error("places more than " + std::to_string(wire::kMostObjects) + " objects; join some of them");
   if (object.vertices > UINT32_MAX) throw Error("has a mesh of more vertices than can be numbered; split it first");
-  if (object.hasColours == 0 && mesh.front().base() != kWhite) {
+  if (object.hasColours == 0 && object.hasPlaces == 0 && mesh.front().base() != kWhite) {
     object.hasColour = 1;
     const Bytes4 colour = mesh.front().base();
     std::copy(colour.begin(), colour.end(), object.colour);
@@ -320,9 +349,26 @@ void Scene::sendPlaced(const Mesh& mesh, const Eigen::Affine3d& place, const std
     });
     first += uint32_t(part.vertices());
   }
-  if (object.hasColours == 0) return;
-  for (const Primitive& part : mesh)
-    sendArray<Bytes4>(sender_, wire::Kind::colours, part.vertices(), [&](uint64_t i) { return part.colour(i); });
+  if (object.hasColours != 0) {
+    for (const Primitive& part : mesh)
+      sendArray<Bytes4>(sender_, wire::Kind::colours, part.vertices(), [&](uint64_t i) { return part.colour(i); });
+  }
+  if (object.hasPlaces == 0) return;
+  for (const Primitive& part : mesh) {
+    sendArray<wire::Places>(sender_, wire::Kind::places, part.triangles(), [&](uint64_t i) {
+      wire::Places places{{}, wire::kNoSurface};
+      if (!part.surface) return places;
+      places.surface = *part.surface;
+      auto [a, b, c] = part.triangle(i);
+      if (mirrors) std::swap(b, c);
+      size_t k = 0;
+      for (const uint32_t corner : {a, b, c}) {
+        const auto [u, v] = part.texturePlace(corner);
+        places.at[k++] = u, places.at[k++] = v;
+      }
+      return places;
+    });
+  }
 }
 
 /// The primitives of a mesh that have triangles.
@@ -347,8 +393,102 @@ std::array<double, 4> Scene::baseColour(const Json& primitive) {
   const Json& base = GltfFile::member(file_.item("materials", *material), "pbrMetallicRoughness");
   const auto values = GltfFile::numbers(base, "baseColorFactor", 4);
   if (!values.empty()) std::copy(values.begin(), values.end(), factor.begin());
-  if (base.is_object() && base.contains("baseColorTexture")) noteOnce("textures are not kept");
   return factor;
+}
+
+/// The texture of a primitive's base colour; null when it has none.
+const Json& Scene::basePicture(const Json& primitive) const {
+  const auto material = GltfFile::optionalIndex(primitive, "material");
+  static const Json kNone;
+  if (!material) return kNone;
+  return GltfFile::member(GltfFile::member(file_.item("materials", *material), "pbrMetallicRoughness"),
+                          "baseColorTexture");
+}
+
+/// Without places on the picture the surface has one colour.
+void Scene::usePicture(const Json& primitive, Primitive& part) {
+  const Json& picture = basePicture(primitive);
+  if (picture.is_null()) return;
+  const bool placed = part.unpacked ? part.unpacked->texturePlaces.size() == part.unpacked->positions.size()
+                                    : part.texturePlaces.has_value();
+  if (!placed) {
+    if (part.surface) noteOnce("a surface has a picture and no places on it: it has one colour");
+    part.surface.reset();
+    return;
+  }
+  const Json& moved = GltfFile::member(GltfFile::member(picture, "extensions"), "KHR_texture_transform");
+  const auto offset = GltfFile::numbers(moved, "offset", 2), scale = GltfFile::numbers(moved, "scale", 2);
+  double turn = 0;
+  if (moved.is_object() && moved.contains("rotation") && moved.at("rotation").is_number())
+    turn = moved.at("rotation").get<double>();
+  const double su = scale.empty() ? 1 : scale[0], sv = scale.empty() ? 1 : scale[1];
+  const double cosine = std::cos(turn), sine = std::sin(turn);
+  // Translation · rotation · scale, as the extension has it: v points down, so it turns against the clock.
+  part.placing = {
+      cosine * su, -sine * su, sine * sv, cosine * sv, offset.empty() ? 0 : offset[0], offset.empty() ? 0 : offset[1]};
+}
+
+/// Sends how the picture of a material lies on surfaces, and the picture where it is a new one. What is wrong with
+/// either is noted: then the surface has one colour.
+std::optional<uint32_t> Scene::surfaceOf(uint64_t material) {
+  try {
+    return sentSurface(material);
+  } catch (const Error& error) {
+    noteOnce("a picture was left out and its surface has one colour: " + std::string(error.what()));
+    return {};
+  }
+}
+
+std::optional<uint32_t> Scene::sentSurface(uint64_t material) {
+  const Json& object = file_.item("materials", material);
+  const Json& base = GltfFile::member(object, "pbrMetallicRoughness");
+  const uint64_t texture = GltfFile::index(GltfFile::member(base, "baseColorTexture"), "index");
+  const auto picture = pictureOf(texture);
+  if (!picture || surfaceCount_ == wire::kMostSurfaces) return {};
+  wire::Surface surface{};
+  const auto factor = GltfFile::numbers(base, "baseColorFactor", 4);
+  for (size_t k = 0; k < 4; ++k) surface.factor[k] = factor.empty() ? 1.0f : float(std::clamp(factor[k], 0.0, 1.0));
+  surface.cutoff = 0.5f;
+  if (object.contains("alphaCutoff") && object.at("alphaCutoff").is_number())
+    surface.cutoff = float(std::clamp(object.at("alphaCutoff").get<double>(), 0.0, 2.0));
+  const std::string mode = GltfFile::text(object, "alphaMode");
+  surface.alpha = mode == "MASK" ? 1 : mode == "BLEND" ? 2 : 0;
+  surface.tinted = 1;
+  surface.picture = *picture;
+  constexpr uint64_t kClamp = 33071, kMirror = 33648;
+  const auto wrap = [&](const char* key) -> uint8_t {
+    const auto sampler = GltfFile::optionalIndex(file_.item("textures", texture), "sampler");
+    const uint64_t how = sampler ? GltfFile::optionalIndex(file_.item("samplers", *sampler), key).value_or(0) : 0;
+    return how == kMirror ? 1 : how == kClamp ? 2 : 0;
+  };
+  surface.wrapU = wrap("wrapS"), surface.wrapV = wrap("wrapT");
+  sender_.named(wire::Kind::surface, surface, {});
+  return surfaceCount_++;
+}
+
+/// Sends the picture of a texture, once; its number.
+std::optional<uint32_t> Scene::pictureOf(uint64_t texture) {
+  const Json& object = file_.item("textures", texture);
+  const auto image = GltfFile::optionalIndex(object, "source");
+  if (!image) {
+    noteOnce("a picture of another kind than PNG and JPEG was left out: its surface has one colour");
+    return {};
+  }
+  const auto known = pictures_.find(*image);
+  if (known != pictures_.end()) return known->second;
+  std::optional<uint32_t>& number = pictures_[*image];
+  try {
+    const DecodedPicture picture = decodePicture(file_.image(*image), int(wire::kMostPictureEdge));
+    if (pictureCount_ == wire::kMostSurfaces || picture.pixels.size() > kMostPixels - pixels_)
+      throw Error("the file has too many pictures");
+    pixels_ += picture.pixels.size();
+    sender_.named(wire::Kind::picture, wire::Picture{picture.width, picture.height}, {});
+    sender_.array(wire::Kind::pixels, std::span<const std::array<uint8_t, 4>>(picture.pixels));
+    number = pictureCount_++;
+  } catch (const Error& error) {
+    noteOnce("a picture was left out and its surface has one colour: " + std::string(error.what()));
+  }
+  return number;
 }
 
 std::optional<Primitive> Scene::primitive(const Json& json, const std::string& name) {
@@ -363,13 +503,27 @@ std::optional<Primitive> Scene::primitive(const Json& json, const std::string& n
   }
   if (json.contains("targets")) noteOnce("morph targets are not kept");
   part.factor = baseColour(json);
+  const Json& picture = basePicture(json);
+  std::string placesKey;
+  if (!picture.is_null()) {
+    const Json& moved = GltfFile::member(GltfFile::member(picture, "extensions"), "KHR_texture_transform");
+    const uint64_t set = (moved.is_object() ? GltfFile::optionalIndex(moved, "texCoord") : std::nullopt)
+                             .value_or(GltfFile::optionalIndex(picture, "texCoord").value_or(0));
+    placesKey = "TEXCOORD_" + std::to_string(set);
+    const uint64_t material = GltfFile::index(json, "material");
+    const auto known = surfaces_.find(material);
+    part.surface =
+        known != surfaces_.end() ? known->second : surfaces_.emplace(material, surfaceOf(material)).first->second;
+  }
   const Json& attributes = GltfFile::member(json, "attributes");
   const Json& packed = GltfFile::member(GltfFile::member(json, "extensions"), "KHR_draco_mesh_compression");
   if (!packed.is_null()) {
     draco_ = true;
     const Json& ids = GltfFile::member(packed, "attributes");
     part.unpacked = decodeDraco(file_.view(GltfFile::index(packed, "bufferView")), GltfFile::index(ids, "POSITION"),
-                                GltfFile::optionalIndex(ids, "COLOR_0"), part.factor);
+                                GltfFile::optionalIndex(ids, "COLOR_0"), part.tint(),
+                                placesKey.empty() ? std::nullopt : GltfFile::optionalIndex(ids, placesKey.c_str()));
+    usePicture(json, part);
     return part;
   }
   if (!attributes.is_object() || !attributes.contains("POSITION")) {
@@ -383,6 +537,7 @@ std::optional<Primitive> Scene::primitive(const Json& json, const std::string& n
   const uint64_t vertices = part.positions.count();
   if (attributes.contains("COLOR_0")) {
     const GltfFile::Numbers& colours = part.colours.emplace(file_.values(GltfFile::index(attributes, "COLOR_0")));
+    if (colours.components() < 3) throw Error("is damaged: " + name + " has colours of two parts; export it again");
     if (colours.count() != vertices)
       throw Error("is damaged: " + name + " has another number of colours than of vertices; export it again");
     std::array<double, 4> colour{};
@@ -392,6 +547,11 @@ std::optional<Primitive> Scene::primitive(const Json& json, const std::string& n
         throw Error("is damaged: " + name + " has a colour that is not finite; export it again");
     }
   }
+  if (!placesKey.empty() && attributes.contains(placesKey)) {
+    GltfFile::Numbers places = file_.values(GltfFile::index(attributes, placesKey.c_str()));
+    if (places.components() == 2 && places.count() == vertices) part.texturePlaces = std::move(places);
+  }
+  usePicture(json, part);
   if (const auto indices = GltfFile::optionalIndex(json, "indices")) {
     const GltfFile::Numbers& corners = part.corners.emplace(file_.indices(*indices));
     for (uint64_t i = 0; i < corners.count(); ++i) {

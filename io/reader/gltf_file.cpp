@@ -239,6 +239,20 @@ std::vector<unsigned char> GltfFile::external(const std::string& uri) const {
   }
 }
 
+std::vector<unsigned char> GltfFile::image(uint64_t at) {
+  const Json& object = item("images", at);
+  if (const auto inside = optionalIndex(object, "bufferView")) {
+    const std::span<const unsigned char> bytes = view(*inside);
+    return {bytes.begin(), bytes.end()};
+  }
+  const std::string uri = text(object, "uri");
+  if (uri.rfind("data:", 0) != 0) return external(uri);
+  const size_t comma = uri.find(',');
+  if (comma == std::string::npos || uri.substr(0, comma).find(";base64") == std::string::npos)
+    damaged("an embedded image is no base64");
+  return base64(std::string_view(uri).substr(comma + 1));
+}
+
 std::span<const unsigned char> GltfFile::buffer(uint64_t at) {
   const Json& object = item("buffers", at);
   const uint64_t bytes = index(object, "byteLength");
@@ -297,7 +311,7 @@ GltfFile::Numbers GltfFile::located(uint64_t at, uint64_t offset, uint64_t count
 GltfFile::Numbers GltfFile::values(uint64_t at) {
   const Json& object = item("accessors", at);
   const std::string type = text(object, "type");
-  const size_t components = type == "VEC3" ? 3 : type == "VEC4" ? 4 : 0;
+  const size_t components = type == "VEC2" ? 2 : type == "VEC3" ? 3 : type == "VEC4" ? 4 : 0;
   if (components == 0) damaged("accessor " + std::to_string(at) + " has another type than its use asks for");
   const uint64_t count = index(object, "count"), componentType = index(object, "componentType");
   static_cast<void>(sizeOf(componentType));  // which refuses an unknown one

@@ -59,7 +59,9 @@ class GltfFile {
   /// The bytes of a buffer view; its buffer is read when it is first asked for, from the folder of the file and below
   /// it only.
   [[nodiscard]] std::span<const unsigned char> view(uint64_t index);
-  /// An accessor of 3 or 4 components, sparse ones put in their places.
+  /// The bytes of an image's file: a view of a buffer, a data URI, or a file in the folder. Throws Error.
+  [[nodiscard]] std::vector<unsigned char> image(uint64_t index);
+  /// An accessor of 2 to 4 components, sparse ones put in their places.
   [[nodiscard]] Numbers values(uint64_t accessor);
   /// Of whole numbers.
   [[nodiscard]] Numbers indices(uint64_t accessor);

@@ -18,9 +18,10 @@ using Bytes4 = std::array<uint8_t, 4>;
 struct MeshData {
   std::vector<std::array<double, 3>> positions;
   std::vector<std::array<uint32_t, 3>> triangles;
-  std::vector<Bytes4> colours;          ///< sRGB, one a vertex, or empty.
-  std::vector<Bytes4> triangleColours;  ///< sRGB, one a triangle, or empty.
-  std::optional<Bytes4> colour;         ///< Of all, sRGB.
+  std::vector<Bytes4> colours;                      ///< sRGB, one a vertex, or empty.
+  std::vector<Bytes4> triangleColours;              ///< sRGB, one a triangle, or empty.
+  std::optional<Bytes4> colour;                     ///< Of all, sRGB.
+  std::vector<std::array<float, 2>> texturePlaces;  ///< One a vertex, or empty.
   std::vector<wire::Face> faces;
 };
 
@@ -33,7 +34,8 @@ struct MeshData {
 /// Error.
 [[nodiscard]] MeshData decodeDraco(std::span<const unsigned char> bytes, std::optional<uint64_t> positionId = {},
                                    std::optional<uint64_t> colourId = {},
-                                   const std::optional<std::array<double, 4>>& linearFactor = {});
+                                   const std::optional<std::array<double, 4>>& linearFactor = {},
+                                   std::optional<uint64_t> placesId = {});
 
 /// Sends it as one object. Throws Error for what is not finite or out of range: the last look at what libraries gave.
 void sendMesh(const MeshData& mesh, std::string_view name, Sender& sender);

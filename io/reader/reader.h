@@ -1,7 +1,10 @@
 #pragma once
 // What argil-reader can read. Each throws Error, a sentence without the file's name.
 
+#include <array>
+#include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -25,6 +28,12 @@ enum class PictureAs : uint8_t {
   grey,    ///< As wire::Kind::levels.
   colour,  ///< As wire::Kind::pixels.
 };
+struct DecodedPicture {
+  uint32_t width = 0, height = 0;
+  std::vector<std::array<uint8_t, 4>> pixels;  ///< sRGB and alpha, row by row from the top.
+};
+/// A picture in colour from the bytes of its file. Throws Error, which does not name it.
+[[nodiscard]] DecodedPicture decodePicture(std::span<const unsigned char> bytes, int largest);
 /// A picture of at most `largest` pixels along an edge.
 void readPicture(const std::filesystem::path& file, PictureAs as, int largest, Sender& sender);
 /// Tries what the sandbox forbids and sends a note for each thing that worked: for tests.

@@ -37,6 +37,8 @@ enum class Kind : uint32_t {
   end,              ///< Nothing: all was sent.
   faces,            ///< Of Face: of the object before, once it is complete.
   triangleColours,  ///< Of 4 bytes, sRGB and alpha, one a triangle; where announced.
+  surface,          ///< Surface: of the picture before, which is complete; between objects.
+  places,           ///< Of Places, one a triangle; where announced.
 };
 
 // What a level set says of its colours in a .vdb file: the name of their grid, and the one that it has itself, linear
@@ -53,8 +55,27 @@ struct Object {
   uint64_t vertices, triangles;
   uint8_t colour[4];
   uint8_t hasColour, hasColours, hasTriangleColours;
-  uint8_t padding[1] = {};
+  uint8_t hasPlaces = 0;
 };
+
+/// How a picture lies on surfaces, in the order of their numbers.
+struct Surface {
+  float factor[4];       ///< Linear light and alpha, 0 to 1.
+  float cutoff;          ///< Of alpha.
+  uint8_t wrapU, wrapV;  ///< 0 repeat, 1 mirror, 2 clamp.
+  uint8_t alpha;         ///< 0 opaque, 1 mask, 2 blend.
+  uint8_t tinted;        ///< Multiplied by colours of vertices.
+  uint32_t picture;      ///< Counts from 0.
+};
+
+/// Where the corners of a triangle lie on the picture of a surface.
+struct Places {
+  float at[6];       ///< u and v of each, v from the top down.
+  uint32_t surface;  ///< kNoSurface: none.
+};
+inline constexpr uint32_t kNoSurface = UINT32_MAX;
+inline constexpr uint32_t kMostSurfaces = 4096;  ///< Pictures, too.
+inline constexpr uint32_t kMostPictureEdge = 8192;
 
 /// A face of a CAD model that has a plane, an axis or a middle.
 struct Face {

@@ -21,6 +21,7 @@
 #include "io/bytes/output_files.h"
 #include "io/cad/step_file.h"
 #include "io/models/added_formats.h"
+#include "io/models/colour_list.h"
 #include "io/models/model_file.h"
 #include "io/models/model_writer.h"
 #include "io/textured/textured_mesh.h"
@@ -137,6 +138,9 @@ void convertMesh(const ConvertOptions& options) {
   if (!options.place.up.empty() || options.place.heightMm || options.place.units == "auto")
     fmt::print("{}\n", engine::placeWords(look, placement, options.place));
   io::ModelFile model = *std::exchange(look.model, nullptr);
+  if (std::any_of(model.objects.begin(), model.objects.end(), [](const auto& each) { return !each.places.empty(); }))
+    fmt::print("Pictures become colours of vertices: detail between vertices is lost.\n");
+  for (io::ModelObject& object : model.objects) io::picturesToVertices(object);
   engine::place(model.objects, placement);
   for (io::ModelObject& object : model.objects) {
     if (engine::turnOutwards(object.mesh))

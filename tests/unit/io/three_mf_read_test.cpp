@@ -138,8 +138,8 @@ TEST(ThreeMfRead, WhatIsNotKeptIsANote) {
   const ModelFile file = parse(threeMf(inResources(groups + mixed + tetrahedron("id=\"2\" type=\"support\""),
                                                    "<item objectid=\"1\"/><item objectid=\"2\"/>")));
   ASSERT_EQ(file.objects.size(), 1u);
-  EXPECT_THAT(file.notes,
-              ElementsAre(HasSubstr("textures"), HasSubstr("1 colour is named"), HasSubstr("1 object is no model")));
+  EXPECT_THAT(file.notes, ElementsAre(HasSubstr("1 colour is named"), HasSubstr("1 object is no model"),
+                                      HasSubstr("the picture \"/a.png\" is not in the file")));
   // A vertex for each colour that a corner has in one place.
   const ModelObject& object = file.objects[0];
   EXPECT_TRUE(object.triangleColours.empty());
