@@ -276,24 +276,63 @@ std::vector<double> bodyVolumes(const Version& version, Job* job) {
   return volumes;
 }
 
-std::vector<Version> splitParts(const Version& version, Job* job) {
-  const WorkPart all(job);
-  Components bodies(version, Tile::inside, all.part(0, 0.3));
-  if (bodies.bodies() > kMostParts)
-    throw Error(
-        fmt::format("the piece consists of {} parts, and {} is the most that are split: remove the crumbs first",
-                    bodies.bodies(), kMostParts),
-        Error::Kind::work);
-  if (bodies.bodies() <= 1) return {version};
-  std::vector<Version> parts;
-  for (const size_t body : bodies.largestFirst()) {
-    std::vector<bool> goes(bodies.bodies(), true);
-    goes[body] = false;
-    const double share = 0.7 / double(bodies.bodies()), from = 0.3 + share * double(parts.size());
-    parts.push_back(bodies.without(goes, all.part(from, from + share)));
+namespace {
+
+struct SplitPart {
+  double voxels;
+  Version version;
+};
+
+// Bodies that are taken out of one version: more are halved first, as each takes a look at all of them.
+constexpr size_t kTakenAtOnce = 64;
+
+// Adds a version for each body to `parts`, in the order of the tree.
+void splitInto(std::vector<SplitPart>& parts, const Version& version, const WorkPart& part) {
+  std::array<Version, 2> halves;
+  {
+    Components bodies(version, Tile::inside, part.part(0, 0.1));
+    const size_t count = bodies.bodies();
+    if (count > kMostParts)
+      throw Error(
+          fmt::format("the piece consists of {} parts, and {} is the most that are split: remove the crumbs first",
+                      count, kMostParts),
+          Error::Kind::work);
+    if (count <= 1) {
+      parts.push_back({count == 1 ? bodies.voxels(0) : 0, version});
+      return;
+    }
+    if (count <= kTakenAtOnce) {
+      for (size_t body = 0; body < count; ++body) {
+        std::vector<bool> goes(count, true);
+        goes[body] = false;
+        const double share = 0.9 / double(count), from = 0.1 + share * double(body);
+        parts.push_back({bodies.voxels(body), bodies.without(goes, part.part(from, from + share))});
+      }
+      return;
+    }
+    for (const size_t half : {0u, 1u}) {
+      std::vector<bool> goes(count);
+      for (size_t body = 0; body < count; ++body) goes[body] = (body < count / 2) == (half == 1);
+      halves[half] = bodies.without(goes, part.part(0.1 + 0.05 * double(half), 0.15 + 0.05 * double(half)));
+    }
   }
+  splitInto(parts, halves[0], part.part(0.2, 0.6));
+  halves[0] = {};
+  splitInto(parts, halves[1], part.part(0.6, 1));
+}
+
+}  // namespace
+
+std::vector<Version> splitParts(const Version& version, Job* job) {
+  std::vector<SplitPart> parts;
+  splitInto(parts, version, WorkPart(job));
+  std::stable_sort(parts.begin(), parts.end(),
+                   [](const SplitPart& a, const SplitPart& b) { return a.voxels > b.voxels; });
+  std::vector<Version> versions;
+  versions.reserve(parts.size());
+  for (SplitPart& each : parts) versions.push_back(std::move(each.version));
   if (job) job->step(1);
-  return parts;
+  return versions;
 }
 
 Cleaned removeCrumbs(const Version& version, double belowMm3, Job* job) {

@@ -20,13 +20,13 @@ namespace argil::clay {
 
 namespace {
 
-constexpr double kFragment = 0.5;     // of its body of the mesh: what is less is a part of it
-constexpr double kMostSpecks = 0.05;  // of the volume: more is what there is of a mesh of thin walls
-constexpr float kNoClay = 0.75f;      // voxels from the clay where none is near
-constexpr double kGone = 0.5;         // of the mesh's volume: where less is left, walls are without thickness
-constexpr double kSampleArea = 4;     // voxels² for which one point is looked at
-constexpr int kMostSamples = 256;     // of one triangle
-constexpr double kRecounted = 20;     // voxels² that are lost at first sight
+constexpr double kFragment = 0.5;      // of its body of the mesh: what is less is a part of it
+constexpr double kMostSpecks = 0.05;   // of the volume: more is what there is of a mesh of thin walls
+constexpr float kNoClay = 0.75f;       // voxels from the clay where none is near
+constexpr double kGone = 0.5;          // of the mesh's volume: where less is left, walls are without thickness
+constexpr double kSampleArea = 1;      // voxels² for which one point is looked at
+constexpr int kMostSamples = 1 << 16;  // of one triangle
+constexpr double kRecounted = 20;      // voxels² that are lost at first sight
 constexpr int kThreads = 2;
 
 // Volume in voxels³ of the body of the mesh that each triangle belongs to.
@@ -138,10 +138,13 @@ MeshLosses takeSpecks(Version& version, const RepairedMesh& repaired, const Work
       // Layers of distances about zero look like clay: what counts is the surface.
       for (Vec3d& p : skin.positions) p = version.grid().toVoxel(p);
       const NearestTriangle tree(skin);
-      count([&](const Vec3d& p) { return tree.nearerThan(p, double(kNoClay), UINT32_MAX).triangle == UINT32_MAX; });
+      count([&](const Vec3d& p) {
+        // What lies deep in the clay, as triangles do that cross others, is no wall.
+        return clay.trilinear(p) > -kNoClay && tree.nearerThan(p, double(kNoClay), UINT32_MAX).triangle == UINT32_MAX;
+      });
     }
     const double gone = all * (1 - found.clayMm3 / found.meshMm3);
-    if (found.clayMm3 < kGone * found.meshMm3 && gone > lost) {
+    if (found.clayMm3 < kGone * found.meshMm3 && gone > lost && !repaired.findings.crossings) {
       lost = gone;
       sum = allSum * (gone / all);
       places = {};

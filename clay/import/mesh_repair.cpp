@@ -4,7 +4,9 @@
 #include <cmath>
 #include <optional>
 
+#include "clay/base/error.h"
 #include "clay/base/joined_sets.h"
+#include "clay/mesh/crossing_triangles.h"
 #include "clay/mesh/weld.h"
 #include "clay/mesh/winding_number.h"
 
@@ -213,8 +215,46 @@ Backed backedShare(const TriangleMesh& mesh, const WindingNumber& winding) {
   return backed;
 }
 
+/// Bodies that were turned since the winding numbers of all were found. A closed body winds around nothing outside of
+/// its box, so that each is asked where its box is alone.
+class TurnedBodies {
+ public:
+  /// `own`: the body as it is now.
+  void add(const TriangleMesh& own, WindingNumber&& winding) {
+    Turned turned{own.positions[0], own.positions[0], std::move(winding)};
+    for (const Vec3d& p : own.positions) turned.low = turned.low.cwiseMin(p), turned.high = turned.high.cwiseMax(p);
+    all_.push_back(std::move(turned));
+  }
+  /// What the turns changed of the winding number at a place.
+  [[nodiscard]] double change(const Vec3d& p) const {
+    double sum = 0;
+    for (const Turned& each : all_)
+      if ((p.array() >= each.low.array()).all() && (p.array() <= each.high.array()).all())
+        sum += 2 * each.winding.at(p);
+    return sum;
+  }
+
+ private:
+  struct Turned {
+    Vec3d low, high;
+    WindingNumber winding;
+  };
+  std::vector<Turned> all_;
+};
+
+/// Some triangles of a mesh with the positions that they use.
+TriangleMesh meshOf(const TriangleMesh& mesh, const std::vector<uint32_t>& faces) {
+  TriangleMesh own;
+  for (const uint32_t t : faces) {
+    const auto first = uint32_t(own.positions.size());
+    for (const uint32_t v : mesh.triangles[t]) own.positions.push_back(mesh.positions[v]);
+    own.triangles.push_back({first, first + 1, first + 2});
+  }
+  return own;
+}
+
 /// Turns what is inside out: the whole, or closed bodies that do not lie in another one.
-void orientBodies(TriangleMesh& mesh, const std::vector<EdgeUse>& usesBefore, MeshFindings& findings) {
+void orientBodies(TriangleMesh& mesh, const std::vector<EdgeUse>& usesBefore, MeshFindings& findings, Job* job) {
   auto& triangles = mesh.triangles;
   JoinedSets sets(triangles.size());
   forEachEdge(usesBefore, [&](size_t begin, size_t end) {
@@ -285,24 +325,27 @@ void orientBodies(TriangleMesh& mesh, const std::vector<EdgeUse>& usesBefore, Me
     all.reset();
   }
 
+  TurnedBodies turned;
   for (Body& body : bodies) {
     if (!body.closed || body.volume >= 0) continue;
+    if (job && job->cancelled()) throw Cancelled();
     if (bodies.size() > 1) {
       if (!all) all.emplace(mesh);
-      TriangleMesh own{mesh.positions, {}};
-      for (const uint32_t t : body.faces) own.triangles.push_back(triangles[t]);
-      const WindingNumber self(own);
+      const WindingNumber self(meshOf(mesh, body.faces));
       // Three places on the body vote on whether it is a cavity: the others wind around them.
       int votes = 0;
       for (int k = 0; k < 3; ++k) {
         const Triangle& t = triangles[body.faces[body.faces.size() * size_t(k) / 3]];
         const Vec3d p = (mesh.positions[t[0]] + mesh.positions[t[1]] + mesh.positions[t[2]]) / 3;
-        if (all->at(p) - self.exact(p) > 0.5) ++votes;
+        if (all->at(p) + turned.change(p) - self.exact(p) > 0.5) ++votes;
       }
       if (votes >= 2) continue;
     }
     turn(body);
-    all.reset();
+    if (bodies.size() > 1) {
+      const TriangleMesh own = meshOf(mesh, body.faces);
+      turned.add(own, WindingNumber(own));
+    }
   }
   const auto flipped = uint64_t(std::count_if(bodies.begin(), bodies.end(), [](const Body& b) { return b.flipped; }));
   findings.flippedWhole = flipped == bodies.size();
@@ -311,7 +354,7 @@ void orientBodies(TriangleMesh& mesh, const std::vector<EdgeUse>& usesBefore, Me
 
 }  // namespace
 
-RepairedMesh repairMesh(const TriangleMesh& given) {
+RepairedMesh repairMesh(const TriangleMesh& given, Job* job) {
   RepairedMesh result;
   MeshFindings& findings = result.findings;
   TriangleMesh& mesh = result.mesh;
@@ -332,8 +375,10 @@ RepairedMesh repairMesh(const TriangleMesh& given) {
     if (end - begin > 2) ++findings.nonManifoldEdges;
     if (end - begin == 2 && uses[begin].forward == uses[begin + 1].forward) ++findings.inconsistentEdges;
   });
+  if (job && job->cancelled()) throw Cancelled();
   orientPatches(mesh, uses, findings.flippedFaces);
-  orientBodies(mesh, uses, findings);
+  orientBodies(mesh, uses, findings, job);
+  findings.crossings = countCrossings(mesh, job);
 
   const std::vector<EdgeUse> oriented = edgeUses(mesh.triangles);
   forEachEdge(oriented, [&](size_t begin, size_t end) {

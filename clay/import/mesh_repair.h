@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "clay/base/job.h"
 #include "clay/mesh/triangle_mesh.h"
 
 namespace argil::clay {
@@ -21,6 +22,7 @@ struct MeshFindings {
   uint64_t bodies = 0;             ///< Sets of faces that hang together through corners.
   uint64_t flippedBodies = 0;      ///< Closed bodies that were inside out (a cavity in another body is not).
   bool flippedWhole = false;       ///< All of it was inside out.
+  uint64_t crossings = 0;          ///< Pairs of triangles that cross; kMostCrossings or more are not told apart.
   double backedShare = 1;  ///< Share of the area that clearly has an inside behind it: 1 when closed, 0 for a sheet.
 
   /// Closed, edge-manifold and consistent as given: nothing had to be decided.
@@ -42,7 +44,8 @@ struct RepairedMesh {
 };
 
 /// Steps and rules: NOTES.md, "Steps". Deterministic. O(n log n) and, for each closed body that is inside out,
-/// one sum over its own triangles. Throws nothing for defective input; indices must be in range.
-[[nodiscard]] RepairedMesh repairMesh(const TriangleMesh& mesh);
+/// one sum over its own triangles. Throws nothing for defective input, Cancelled when the job was; indices must be in
+/// range.
+[[nodiscard]] RepairedMesh repairMesh(const TriangleMesh& mesh, Job* job = nullptr);
 
 }  // namespace argil::clay

@@ -9,6 +9,7 @@
 
 #include "clay/base/memory_guard.h"
 #include "clay/import/solid_field.h"
+#include "clay/mesh/crossing_triangles.h"
 #include "clay/store/vdb_bridge.h"
 
 namespace argil::clay {
@@ -109,7 +110,7 @@ std::string counted(uint64_t n, const char* one, const char* many) {
 
 std::vector<std::string> ImportReport::sentences() const {
   std::vector<std::string> out;
-  const char* sum = sound() && bodies == 1 && !duplicateFaces && !degenerate && !flippedWhole
+  const char* sum = sound() && bodies == 1 && !duplicateFaces && !degenerate && !flippedWhole && !crossings
                         ? ": one closed body, nothing to repair"
                         : "";
   out.push_back(fmt::format("The mesh has {} in {}{}.", counted(triangles, "triangle", "triangles"),
@@ -131,6 +132,12 @@ std::vector<std::string> ImportReport::sentences() const {
     out.push_back(fmt::format("{} more than two faces; the winding number decided what is inside.",
                               counted(nonManifoldEdges, "edge has", "edges have")));
   }
+  if (crossings) {
+    const bool most = crossings >= kMostCrossings;
+    out.push_back(fmt::format("{}{} each other; what they enclose more than once is clay once.",
+                              most ? "At least " : "",
+                              counted(crossings, "pair of triangles crosses", "pairs of triangles cross")));
+  }
   const double voxel = voxelMm, less = losses.meshMm3 > 0 ? 1 - losses.clayMm3 / losses.meshMm3 : 0;
   const bool wallsLost = losses.lostMm2 > kLostVoxels * voxel * voxel;
   if (boundaryEdges) {
@@ -142,7 +149,8 @@ std::vector<std::string> ImportReport::sentences() const {
   const std::string place =
       fmt::format("{:.4g}, {:.4g}, {:.4g} mm", losses.lostAtMm.x(), losses.lostAtMm.y(), losses.lostAtMm.z());
   const double thick = losses.lostThickMm;
-  if (wallsLost && less > kWorthSaying && thick > 0) {
+  // Where triangles cross, voxels do not explain the difference.
+  if (wallsLost && less > kWorthSaying && thick > 0 && !crossings) {
     out.push_back(
         fmt::format("Walls about {:.2g} mm thin are lost at a voxel of {:.3g} mm: {:.1f} % of the volume, {:.3g} mm² "
                     "on both sides, around {}. Voxels of {:.2g} mm would keep them.",
@@ -154,7 +162,12 @@ std::vector<std::string> ImportReport::sentences() const {
   } else if (double(droppedVoxels) > kWorthSaying * double(bandVoxels)) {
     out.push_back("Walls inside the material or too thin for the voxel size were left out.");
   }
-  if (!(wallsLost && less > kWorthSaying && thick > 0) && std::abs(less) > kWorthSaying)
+  if (crossings && std::abs(less) > kWorthSaying)
+    out.push_back(
+        fmt::format("The clay has {:.1f} % {} volume than the triangles add up to, as they cross: {}.",
+                    100 * std::abs(less), less > 0 ? "less" : "more",
+                    less > 0 ? "the sum counts some of it more than once" : "the sum takes what is inside out away"));
+  else if (!(wallsLost && less > kWorthSaying && thick > 0) && std::abs(less) > kWorthSaying)
     out.push_back(fmt::format("The clay has {:.1f} % {} volume than the mesh at this voxel size.", 100 * std::abs(less),
                               less > 0 ? "less" : "more"));
   if (losses.specks > 0) {
@@ -180,7 +193,7 @@ Imported meshToClay(std::shared_ptr<Store> store, const TriangleMesh& mesh, cons
   if (!(area > 0)) throw noTriangles();
   const Grid grid = gridFor(box, area, options);
 
-  RepairedMesh repaired = repairMesh(mesh);
+  RepairedMesh repaired = repairMesh(mesh, job);
   if (repaired.mesh.triangles.empty()) throw noTriangles();
   const MeshFindings& findings = repaired.findings;
   if (!repaired.openEdges.empty() && findings.backedShare < kLeastBacked) {

@@ -7,6 +7,7 @@
 #include <openvdb/tools/SignedFloodFill.h>
 #include <openvdb/tree/LeafManager.h>
 #include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
@@ -38,6 +39,12 @@ constexpr float kExplained = 1.001f;
 constexpr float kHalfStep = 0.5f;
 /// Least distance given to a voxel beside the surface where it is estimated: keeps its sign.
 constexpr float kLeast = 1e-3f;
+/// A mesh is searched where its triangles, each less kShort voxels, have more than kThin voxels of length for each
+/// voxel² of their area.
+constexpr double kShort = 2, kThin = 8;
+constexpr uint64_t kManyBodies = 1000;
+/// Voxels of a leaf from which on winding numbers are found for all of them together.
+constexpr openvdb::Index64 kManyOfLeaf = 40;
 /// Cosine beyond which a voxel is clearly before or behind its nearest triangle.
 constexpr double kClearSide = 0.5;
 /// Most passes that look for nearer triangles at the neighbours. Two or three find all on the test meshes.
@@ -134,7 +141,12 @@ class March {
 class Builder {
  public:
   Builder(const RepairedMesh& repaired, float band, Job* job)
-      : mesh_(repaired.mesh), band_(band), job_(job), indices_(openvdb::Int32Grid::create(-1)), winding_(repaired) {}
+      : mesh_(repaired.mesh),
+        bodies_(repaired.findings.bodies),
+        band_(band),
+        job_(job),
+        indices_(openvdb::Int32Grid::create(-1)),
+        winding_(repaired) {}
 
   SolidField build() {
     measure();
@@ -154,6 +166,7 @@ class Builder {
   }
 
   void measure() {
+    if (searchIsQuicker()) return search();
     Interrupter interrupter{job_, 0.05, 0.45};
     const auto unit = openvdb::math::Transform::createLinearTransform(1.0);
     const auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(
@@ -162,6 +175,92 @@ class Builder {
     distance_ = grid->treePtr();
     openvdb::tools::changeBackground(*distance_, kFar);
     for (int pass = 0; pass < kMostRefinements && refine(); ++pass) step(0.45);
+  }
+
+  /// Decides whether a search for the nearest triangle of each voxel costs less than going through the voxels along
+  /// each triangle: for triangles that are long for their area, and for a great many small bodies.
+  [[nodiscard]] bool searchIsQuicker() const {
+    if (bodies_ > kManyBodies) return true;
+    double length = 0, area = 0;
+    for (const auto& t : mesh_.triangles) {
+      const Vec3d ab = mesh_.positions[t[1]] - mesh_.positions[t[0]],
+                  ac = mesh_.positions[t[2]] - mesh_.positions[t[0]];
+      const double longest = std::sqrt(std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()}));
+      length += std::max(0.0, longest - kShort);
+      area += ab.cross(ac).norm() / 2;
+    }
+    return length > kThin * area;
+  }
+
+  /// Measures by a search from each voxel of the leaves that the band may reach: exact, and in the same time however
+  /// many triangles pass a voxel.
+  void search() {
+    const NearestTriangle nearest(mesh_);
+    const double reach = double(band_) + 1;
+    Vec3d low = mesh_.positions[mesh_.triangles[0][0]], high = low;
+    for (const auto& t : mesh_.triangles)
+      for (const uint32_t v : t) low = low.cwiseMin(mesh_.positions[v]), high = high.cwiseMax(mesh_.positions[v]);
+    constexpr int kBlock = 64, kLeaf = 8;
+    const auto near = [&](const VdbCoord& from, int size) {
+      const Vec3d middle = Vec3d(from.x(), from.y(), from.z()) + Vec3d::Constant((size - 1) / 2.0);
+      return nearest.within(middle, reach + std::sqrt(3.0) * (size - 1) / 2);
+    };
+    const auto eighths = [](const VdbCoord& from, int size, const auto& visit) {
+      const int half = size / 2;
+      for (int k = 0; k < 8; ++k) visit(from.offsetBy((k & 1) * half, (k >> 1 & 1) * half, (k >> 2) * half));
+    };
+    // From one cube around all, halved down to blocks: a mesh may be long and lie along a diagonal.
+    int size = kBlock;
+    while (size < (high - low).maxCoeff() + 2 * reach + kBlock) size *= 2;
+    const auto blockOf = [&](double at) { return int(std::floor((at - reach) / kBlock)) * kBlock; };
+    std::vector<VdbCoord> blocks{VdbCoord(blockOf(low.x()), blockOf(low.y()), blockOf(low.z()))}, finer;
+    for (; size > kBlock; size /= 2) {
+      step(0.05);
+      finer.clear();
+      for (const VdbCoord& block : blocks)
+        eighths(block, size, [&](const VdbCoord& part) {
+          if (near(part, size / 2)) finer.push_back(part);
+        });
+      blocks.swap(finer);
+    }
+    const auto cancelled = [this] { return job_ && job_->cancelled(); };
+    std::vector<std::vector<VdbCoord>> leavesOf(blocks.size());
+    tbb::parallel_for(size_t{0}, blocks.size(), [&](size_t b) {
+      std::vector<std::pair<VdbCoord, int>> open{{blocks[b], kBlock}};
+      while (!open.empty() && !cancelled()) {
+        const auto [from, edge] = open.back();
+        open.pop_back();
+        if (!near(from, edge)) continue;
+        if (edge == kLeaf) {
+          leavesOf[b].push_back(from);
+          continue;
+        }
+        eighths(from, edge, [&](const VdbCoord& part) { open.emplace_back(part, edge / 2); });
+      }
+    });
+    step(0.1);
+    distance_ = std::make_shared<FloatTree>(kFar);
+    std::vector<Leaf*> leaves;
+    std::vector<openvdb::Int32Tree::LeafNodeType*> indices;
+    for (const auto& list : leavesOf) {
+      for (const VdbCoord& from : list) {
+        leaves.push_back(distance_->touchLeaf(from));
+        indices.push_back(indices_->tree().touchLeaf(from));
+      }
+    }
+    tbb::parallel_for(size_t{0}, leaves.size(), [&](size_t n) {
+      if (cancelled()) return;
+      uint32_t hint = UINT32_MAX;
+      for (openvdb::Index i = 0; i < Leaf::SIZE; ++i) {
+        const VdbCoord v = leaves[n]->offsetToGlobalCoord(i);
+        const auto hit = nearest.nearerThan(Vec3d(v.x(), v.y(), v.z()), reach, hint);
+        if (hit.triangle == UINT32_MAX) continue;
+        hint = hit.triangle;
+        leaves[n]->setValueOn(i, float(std::sqrt(hit.squared)));
+        indices[n]->setValueOn(i, int(nearest.indexOf(hit.triangle)));
+      }
+    });
+    step(0.45);
   }
 
   [[nodiscard]] openvdb::Vec3d nearestPoint(const VdbCoord& v, int triangle) const {
@@ -219,6 +318,12 @@ class Builder {
       if (job_ && job_->cancelled()) return;
       float* w = leaf.buffer().data();
       const VdbCoord o = leaf.origin();
+      if (winding_.mostlyRims() && leaf.onVoxelCount() > kManyOfLeaf) {
+        std::array<float, Leaf::SIZE> all;
+        winding_.fill({o.x(), o.y(), o.z()}, all);
+        for (auto on = leaf.cbeginValueOn(); on; ++on) w[on.pos()] = all[on.pos()];
+        return;
+      }
       for (int x = 0; x < 8; ++x) {
         for (int y = 0; y < 8; ++y) {
           const auto column = winding_.column(o.x() + x, o.y() + y);
@@ -580,6 +685,7 @@ class Builder {
   }
 
   const TriangleMesh& mesh_;
+  const uint64_t bodies_;
   float band_;
   Job* job_;
   FloatTree::Ptr distance_, signs_, closing_;  // unsigned distance; winding numbers; distance to the closing surface

@@ -28,8 +28,15 @@ class VoxelWinding {
   /// `column`: the one through the voxel.
   [[nodiscard]] float at(Column column, Coord voxel) const noexcept;
 
+  /// Tells whether rims are so much of the mesh that fill() is the faster way to the numbers of a brick.
+  [[nodiscard]] bool mostlyRims() const { return !capTriangles_.empty(); }
+  /// Finds the numbers of the 8 · 8 · 8 voxels from `first` on, x · 64 + y · 8 + z, where mostlyRims(): the caps that
+  /// are near are summed at each voxel, the others at 27 places of the brick and interpolated. Within 0.01 of at().
+  void fill(Coord first, std::span<float, 512> numbers) const;
+
  private:
   std::optional<WindingNumber> caps_;
+  std::vector<WindingNumber::Triangle> capTriangles_;  // where mostlyRims()
   std::optional<WindingColumns> columns_;
 };
 

@@ -165,8 +165,12 @@ double WindingNumber::at(const Vec3d& point) const noexcept {
 }
 
 double WindingNumber::exact(const Vec3d& point) const noexcept {
+  return exact(triangles_, point);
+}
+
+double WindingNumber::exact(std::span<const Triangle> triangles, const Vec3d& point) noexcept {
   AngleSum sum;
-  for (const Triangle& triangle : triangles_) addTriangle(sum, triangle, point);
+  for (const Triangle& triangle : triangles) addTriangle(sum, triangle, point);
   return sum.total() / (2 * std::numbers::pi);
 }
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "clay/mesh/triangle_mesh.h"
@@ -15,6 +16,8 @@ namespace argil::clay {
 /// 2018). Immutable once built; queries may run on any number of threads.
 class WindingNumber {
  public:
+  using Triangle = std::array<Vec3d, 3>;
+
   /// A group of triangles counts as far from `accuracy` times its radius on; a large value makes the answer exact and
   /// slow. At the default the error stays below 0.01 on scans, parts and random soups (tested).
   explicit WindingNumber(const TriangleMesh& mesh, double accuracy = 2.3);
@@ -25,6 +28,7 @@ class WindingNumber {
 
   /// The same by summing every triangle: the definition. O(n).
   [[nodiscard]] double exact(const Vec3d& point) const noexcept;
+  [[nodiscard]] static double exact(std::span<const Triangle> triangles, const Vec3d& point) noexcept;
 
  private:
   struct Node {
@@ -39,8 +43,6 @@ class WindingNumber {
     uint32_t next;          // node after this subtree
     bool leaf;
   };
-  using Triangle = std::array<Vec3d, 3>;
-
   void build(std::vector<uint32_t>& order, const std::vector<Triangle>& triangles, uint32_t first, uint32_t count,
              double accuracy);
 

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "clay/base/error.h"
+#include "clay/mesh/crossing_triangles.h"
 #include "clay/mesh/mesh_topology.h"
 #include "clay/mesh/weld.h"
 #include "clay/surface/surface.h"
@@ -167,8 +168,9 @@ void inspect(const InspectOptions& options) {
     throw Error("--print looks at clay: give the model's --voxel too, and leave out --cost");
   io::MeshFile file = readMeshIn(options.input, options.place, options.job);
   // As it becomes clay: vertices of open edges are one at one place.
-  const clay::TopologyReport asGiven = clay::checkTopology(file.mesh),
-                             mesh = clay::checkTopology(clay::weldOpenEdges(file.mesh));
+  const clay::TriangleMesh welded = clay::weldOpenEdges(file.mesh);
+  const clay::TopologyReport asGiven = clay::checkTopology(file.mesh), mesh = clay::checkTopology(welded);
+  const uint64_t crossings = clay::countCrossings(welded, options.job);
   if (mesh.vertices < asGiven.vertices)
     file.notes.push_back(fmt::format("{} vertices of open edges lie where others do and are taken as one with them",
                                      asGiven.vertices - mesh.vertices));
@@ -183,10 +185,17 @@ void inspect(const InspectOptions& options) {
   if (keeping > 0) json["wall_keeping_voxel_mm"] = keeping;
   json["notes"] = file.notes;
   json["mesh"] = topologyJson(mesh);
+  json["mesh"]["crossing_pairs"] = crossings;
   if (!options.json) {
     fmt::print("{}: {}\n", options.input.string(), file.format);
     for (const std::string& note : file.notes) fmt::print("  note        {}\n", note);
     printTopology(mesh);
+    if (crossings > 0)
+      fmt::print(
+          "  crossing    {}{} pair{} of triangles cross{} each other: volume and area count some places more than "
+          "once\n",
+          crossings >= clay::kMostCrossings ? "at least " : "", crossings, crossings == 1 ? "" : "s",
+          crossings == 1 ? "es" : "");
     if (keeping > 0) fmt::print("  walls       voxels of {:.3g} mm keep them all\n", keeping);
     if (options.voxelMm && walls.shareThinner(*options.voxelMm) > kWorthSaying)
       fmt::print("  at risk     {:.2g} % of the surface bounds walls thinner than voxels of {} mm\n",

@@ -41,6 +41,7 @@ struct Model {
   TriangleMesh mesh;
   uint64_t bodies = 1, openEdges = 0, withoutArea = 0, repeated = 0, disagreeing = 0, turnedFaces = 0, turnedBodies = 0,
            crowdedEdges = 0;
+  uint64_t crossings = 0;  ///< Pairs of triangles, in general position, of which an edge of one runs through the other.
   bool insideOut = false;
   bool sharp = false;        ///< Has edges below 30°, thinner than any voxel.
   double newSurfaceMm2 = 0;  ///< Of flat holes alone.
@@ -109,6 +110,27 @@ TriangleMesh ring(double radius, double tube, uint32_t around, uint32_t across) 
   return mesh;
 }
 
+uint64_t crossingsOf(const TriangleMesh& mesh) {
+  const auto volume = [&](uint32_t a, uint32_t b, uint32_t c, uint32_t d) {
+    const auto& p = mesh.positions;
+    return (p[b] - p[a]).cross(p[c] - p[a]).dot(p[d] - p[a]);
+  };
+  const auto runsThrough = [&](const auto& edges, const auto& face) {
+    const auto& [a, b, c] = face;
+    for (size_t e = 0; e < 3; ++e) {
+      const uint32_t p = edges[e], q = edges[(e + 1) % 3];
+      const double one = volume(p, q, a, b), two = volume(p, q, b, c), three = volume(p, q, c, a);
+      if (volume(a, b, c, p) * volume(a, b, c, q) < 0 && one * two > 0 && two * three > 0) return true;
+    }
+    return false;
+  };
+  uint64_t pairs = 0;
+  for (size_t i = 0; i < mesh.triangles.size(); ++i)
+    for (size_t k = i + 1; k < mesh.triangles.size(); ++k)
+      pairs += runsThrough(mesh.triangles[i], mesh.triangles[k]) || runsThrough(mesh.triangles[k], mesh.triangles[i]);
+  return pairs;
+}
+
 // The models are 40 to 60 mm long: voxels of 1 mm and less.
 std::vector<Model> models() {
   std::vector<Model> all;
@@ -165,8 +187,10 @@ std::vector<Model> models() {
     append(two, box({25.3, 0, 0}, {45, 20, 20}));
     add("two cubes apart", two).bodies = 2;
     TriangleMesh crossing = box({0, 0, 0}, {20, 20, 20});
-    append(crossing, box({15.3, 5, 5}, {45, 15, 15}));
-    add("two that overlap", crossing).bodies = 2;
+    append(crossing, box({15.3, 5, 4}, {45, 15, 13}));
+    Model& overlapping = add("two that overlap", crossing);
+    overlapping.bodies = 2;
+    overlapping.crossings = crossingsOf(crossing);
   }
   {
     Model& out = add("inside out", box({0, 0, 0}, {40, 30, 20}));
@@ -248,7 +272,7 @@ Lost lostOf(const Model& model, const Made& made, double voxelMm) {
   Lost lost;
   double all = 0;
   Vec3d middle = Vec3d::Zero();
-  constexpr int kParts = 24;  // a side of a triangle
+  constexpr int kParts = 120;  // a side of a triangle
   for (const auto& [i, j, k] : model.mesh.triangles) {
     const Vec3d &a = model.mesh.positions[i], &b = model.mesh.positions[j], &c = model.mesh.positions[k];
     const double area = (b - a).cross(c - a).norm() / (2 * kParts * kParts);
@@ -313,6 +337,8 @@ void checkSentence(const Model& model, const Made& made, double voxelMm, const s
     table.near("area of lost walls", number(2), lostOf(model, made, voxelMm).mm2, 0.15, 100 * voxelMm * voxelMm);
   } else if (is("^The clay has (.*) % (less|more) volume")) {
     lessTold = m[2] == "less" ? number(1) : -number(1);
+  } else if (is("^(\\d+) pairs? of triangles cross")) {
+    table.count("triangles that cross", whole(1), model.crossings);
   } else if (is("^(\\d+) specks? of (.*) mm³ together")) {
     table.count("specks", whole(1), losses.specks);
     EXPECT_LE(number(2), double(whole(1)) * clay::kSpeckVoxels * std::pow(voxelMm, 3) * 1.01) << sentence;

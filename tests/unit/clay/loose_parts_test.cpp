@@ -58,6 +58,49 @@ TEST(LooseParts, SplitsTouchingBandsAndSharesTheRest) {
   EXPECT_EQ(splitParts(a)[0], a);
 }
 
+// More bodies than are taken out at once, their bands touching: each part is one of the balls, whole and alone.
+TEST(LooseParts, SplitsHundredsOfBodies) {
+  const auto store = Store::make();
+  constexpr int kAlong = 14;
+  const auto radiusOf = [](int i) { return i % 7 == 3 ? 2.5 : 2.0; };
+  std::vector<Version> rows;
+  for (int x = 0; x < kAlong; ++x) {
+    for (int y = 0; y < kAlong; ++y) {
+      const Version one = ball(store, Vec3d(5.7 * x, 5.7 * y, 0), radiusOf(x * kAlong + y));
+      if (y == 0)
+        rows.push_back(one);
+      else
+        rows.back() = combine(rows.back(), one, Combination::join);
+    }
+  }
+  Version all = rows[0];
+  for (size_t i = 1; i < rows.size(); ++i) all = combine(all, rows[i], Combination::join);
+  const std::vector<Version> parts = splitParts(all);
+  ASSERT_EQ(parts.size(), size_t(kAlong) * kAlong);
+  const std::vector<double> volumes = bodyVolumes(all);
+  std::vector<bool> seen(parts.size());
+  for (size_t i = 0; i < parts.size(); ++i) {
+    const std::vector<double> own = bodyVolumes(parts[i]);
+    ASSERT_EQ(own.size(), 1u);
+    EXPECT_EQ(own[0], volumes[i]) << "largest first";
+    const Surface surface = [&] {
+      Surface made(false, Grade::fine);
+      made.update(parts[i], 2);
+      return made;
+    }();
+    const TopologyReport skin = checkTopology(surface.toMesh());
+    EXPECT_TRUE(skin.closed());
+    const Vec3d middle = (skin.low + skin.high) / 2;
+    const auto x = int(std::lround(middle.x() / 5.7)), y = int(std::lround(middle.y() / 5.7));
+    const int which = x * kAlong + y;
+    ASSERT_TRUE(which >= 0 && which < int(seen.size()) && !seen[size_t(which)]);
+    seen[size_t(which)] = true;
+    EXPECT_LT((middle - Vec3d(5.7 * x, 5.7 * y, 0)).norm(), 0.05);
+    EXPECT_NEAR(skin.volume / (4.0 / 3 * M_PI * std::pow(radiusOf(which), 3)), 1, 0.03);
+    expectProperBand(parts[i], 1.1);
+  }
+}
+
 // In noise every pattern of corners occurs, folded faces on both sides among them.
 TEST(LooseParts, BodiesAndCavitiesAreTheShellsOfTheSurface) {
   std::mt19937 random(5);

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "clay/base/error.h"
+
 #include "tests/unit/clay/test_meshes.h"
 
 namespace argil::clay {
@@ -44,6 +46,36 @@ TEST(MeshRepair, TurnsFlippedFacesAndDropsRepeatedOnes) {
   EXPECT_EQ(repaired.findings.duplicateFaces, mesh.triangles.size() - count);
   EXPECT_GT(repaired.findings.flippedFaces, 0u);
   EXPECT_TRUE(repaired.openEdges.empty());
+}
+
+// Of many boxes beside each other every third is inside out, and every fifth has a cavity, which is meant to be.
+TEST(MeshRepair, TurnsEachOfManyBodiesAndLeavesTheirCavities) {
+  TriangleMesh mesh;
+  double volume = 0;
+  uint64_t turned = 0;
+  for (int i = 0; i < 600; ++i) {
+    const Vec3d at(3.0 * (i % 30), 3.0 * (i / 30), 0);
+    TriangleMesh outer = box(at, at + Vec3d(2, 2, 2)),
+                 inner = box(at + Vec3d(0.5, 0.5, 0.5), at + Vec3d(1.5, 1.5, 1.5));
+    if (i % 3 == 1) {
+      for (auto& t : outer.triangles) flip(t);
+      ++turned;
+    }
+    append(mesh, outer);
+    volume += 8;
+    if (i % 5 != 0) continue;
+    for (auto& t : inner.triangles) flip(t);
+    append(mesh, inner);
+    volume -= 1;
+  }
+  const RepairedMesh repaired = repairMesh(mesh);
+  EXPECT_EQ(repaired.findings.bodies, 720u);
+  EXPECT_EQ(repaired.findings.flippedBodies, turned);
+  EXPECT_NEAR(meshVolume(repaired.mesh), volume, 1e-9);
+  EXPECT_EQ(repaired.findings.crossings, 0u);
+  Job job;
+  job.cancel();
+  EXPECT_THROW((void)repairMesh(mesh, &job), Cancelled);
 }
 
 TEST(MeshRepair, DropsAFlapOfNoThickness) {

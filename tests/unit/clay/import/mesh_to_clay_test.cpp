@@ -19,12 +19,14 @@ using testing::append;
 using testing::bandFaults;
 using testing::box;
 using testing::clayVolume;
+using ::testing::Contains;
 using testing::dataFile;
 using testing::expectProperBand;
 using testing::flip;
 using ::testing::HasSubstr;
 using testing::icosphere;
 using testing::meshVolume;
+using ::testing::Not;
 using testing::readMesh;
 
 constexpr uint64_t kSeed = 42;

@@ -28,6 +28,34 @@ TEST(VoxelWinding, IsTheWindingNumberOfTheOpenMeshAlone) {
   EXPECT_LE(worst, 0.01) << "seed " << kSeed;
 }
 
+// Of a soup, whose rims are all there is, the numbers of whole bricks are found together.
+TEST(VoxelWinding, BricksOfASoupHaveTheNumbersOfTheirVoxels) {
+  std::mt19937_64 random(kSeed);
+  std::uniform_real_distribution<double> place(0, 60), edge(-15, 15);
+  TriangleMesh mesh;
+  for (uint32_t i = 0; i < 60; ++i) {
+    const Vec3d middle(place(random), place(random), place(random));
+    for (int k = 0; k < 3; ++k) mesh.positions.push_back(middle + Vec3d(edge(random), edge(random), edge(random)));
+    mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  const RepairedMesh repaired = repairMesh(mesh);
+  const VoxelWinding voxels(repaired);
+  ASSERT_TRUE(voxels.mostlyRims());
+  EXPECT_FALSE(VoxelWinding(repairMesh(testing::icosphere({20, 20, 20}, 12.3, 3))).mostlyRims());
+  const WindingNumber winding(repaired.mesh);
+  double worst = 0;
+  for (int i = 0; i < 40; ++i) {
+    const Coord first{8 * int32_t(random() % 9) - 8, 8 * int32_t(random() % 9) - 8, 8 * int32_t(random() % 9) - 8};
+    std::array<float, 512> numbers;
+    voxels.fill(first, numbers);
+    for (int v = 0; v < 512; ++v) {
+      const Coord at = first + Coord{v / 64, v / 8 % 8, v % 8};
+      worst = std::max(worst, std::abs(double(numbers[size_t(v)]) - winding.exact(at.toVec3d())));
+    }
+  }
+  EXPECT_LE(worst, 0.02) << "seed " << kSeed;
+}
+
 TEST(VoxelWinding, IsAnIntegerWithoutHoles) {
   const VoxelWinding voxels(repairMesh(testing::icosphere({20, 20, 20}, 12.3, 3)));
   EXPECT_FALSE(voxels.open());
