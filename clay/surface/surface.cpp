@@ -7,7 +7,9 @@
 #include <iterator>
 #include <utility>
 
+#include "clay/base/error.h"
 #include "clay/base/hash.h"
+#include "clay/base/job_scope.h"
 #include "clay/base/parallel.h"
 #include "clay/store/region_slots.h"
 #include "clay/store/sampler.h"
@@ -237,6 +239,7 @@ void Surface::State::follow(std::vector<RegionTask> tasks, bool whole, int threa
   constexpr size_t kMostInARun = 4;
   std::atomic<size_t> next = 0;
   std::atomic<bool> failed = false;
+  const Job* const job = JobScope::current();
   const auto ready = [](const RegionTask& task) {
     return std::none_of(task.lower.begin(), task.lower.end(),
                         [](const SurfaceRegion* r) { return r && r->pending.load(std::memory_order_acquire); });
@@ -254,6 +257,7 @@ void Surface::State::follow(std::vector<RegionTask> tasks, bool whole, int threa
       while (begin < tasks.size() && !next.compare_exchange_weak(begin, end, std::memory_order_relaxed));
       if (begin >= tasks.size()) break;
       for (size_t i = begin; i < end; ++i) {
+        if (job && job->cancelled()) throw Cancelled();
         extractRegionVertices(tasks[i], whole, worker);
         tasks[i].lower[0]->pending.store(false, std::memory_order_release);
         tryLater();

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "clay/base/error.h"
+#include "clay/base/job_scope.h"
 #include "clay/base/rounded_up.h"
 #include "clay/cage/cage_maker.h"
 #include "clay/mesh/mesh_topology.h"
@@ -176,6 +177,7 @@ void convertMesh(const ConvertOptions& options) {
 }  // namespace
 
 void convert(const ConvertOptions& options) {
+  const clay::JobScope surfaces(options.job);
   if (options.reduce && options.errorMm) throw Error("--reduce and --error: give one of them");
   requireModel(options.input, options.place);
   const bool toClay = engine::holdsClay(options.output.filename());

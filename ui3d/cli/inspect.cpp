@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "clay/base/error.h"
+#include "clay/base/job_scope.h"
 #include "clay/mesh/crossing_triangles.h"
 #include "clay/mesh/mesh_topology.h"
 #include "clay/mesh/weld.h"
@@ -160,6 +161,7 @@ void inspectClay(const InspectOptions& options) {
 }  // namespace
 
 void inspect(const InspectOptions& options) {
+  const clay::JobScope surfaces(options.job);
   requireModel(options.input, options.place);
   if (engine::holdsClay(options.input)) return inspectClay(options);
   const auto print = printOf(options);

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "clay/base/error.h"
+#include "clay/base/job_scope.h"
 #include "engine/models/load_document.h"
 #include "io/bytes/output_files.h"
 #include "render/renderer/renderer.h"
@@ -96,6 +97,7 @@ render::View turntableView(render::View view, const render::Box& bounds, double 
 }  // namespace
 
 void render(const RenderOptions& options) {
+  const clay::JobScope surfaces(options.job);
   static_cast<void>(render::View::named(options.view, {}, 1));  // a wrong name is told before the work
   render::Shot shot = shotOf(options);
   if (options.frames < 1 || options.frames > kMostFrames)

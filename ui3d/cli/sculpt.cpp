@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "clay/base/job_scope.h"
 #include "clay/store/sampler.h"
 #include "clay/store/store.h"
 #include "clay/surface/surface_topology.h"
@@ -279,6 +280,7 @@ ordered_json reportJson(const engine::RunReport& run, const std::vector<Figures>
 }  // namespace
 
 void sculpt(const SculptOptions& options) {
+  const clay::JobScope surfaces(options.job);
   // What is wrong with the call is told before the work.
   static_cast<void>(render::View::named(options.view, {}, 1));
   static_cast<void>(haptics::deviceSheet(options.device));
