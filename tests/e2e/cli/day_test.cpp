@@ -13,7 +13,7 @@ using nlohmann::json;
 json bench(const Scratch& scratch, std::vector<std::string> arguments) {
   const std::string file = (scratch / "day.json").string();
   arguments.insert(arguments.begin(), "bench");
-  arguments.insert(arguments.end(), {"--json", file});
+  arguments.insert(arguments.end(), {"--json", file, "--overwrite"});
   const Outcome outcome = argil(arguments);
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   return json::parse(slurp(file))["results"];

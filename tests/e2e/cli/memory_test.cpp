@@ -272,7 +272,7 @@ TEST(MemoryOfModels, AGlbInAndOutCostsThreeTimesItsMeshAtMost) {
   writeTorus(small, 10, 10);
   writeTorus(large, around, across);
   const auto program = [&](const fs::path& file) {
-    const Measured ran = measured({"convert", file.string(), written.string()});
+    const Measured ran = measured({"convert", file.string(), written.string(), "--overwrite"});
     EXPECT_EQ(ran.outcome.code, 0) << ran.outcome.err;
     return ran.peakBytes;
   };
