@@ -321,6 +321,7 @@ class RimFits {
   bool begin(Sampler& field, Coord brick, const Groups& large) {
     block_.read(field, brick);
     models_.fill(std::nullopt);
+    blunt_.reset();
     StartPlanes::Range range;
     for (int group = 0; group < Group::kLarge; ++group) {
       if (!large[static_cast<size_t>(group)]) continue;
@@ -349,8 +350,14 @@ class RimFits {
       model.reset();
       if (more) run(group, start, model);
     }
-    if (model && !(isGood(*model, group) && isAcute(*model, start))) model.reset();
+    if (!model) return;
+    const bool good = isGood(*model, group);
+    if (good && isAcute(*model, start)) return;
+    blunt_[static_cast<size_t>(group)] = good;
+    model.reset();
   }
+  // Whether a group was explained, without a rim for this: smaller groups in it need no fit.
+  [[nodiscard]] bool isBlunt(int group) const { return blunt_[static_cast<size_t>(group)]; }
 
   [[nodiscard]] const RimModel* of(int group) const {
     const std::optional<RimModel>& model = models_[static_cast<size_t>(group)];
@@ -420,6 +427,7 @@ class RimFits {
   StartPlanes planes_;
   RimVoxels voxels_;
   std::array<std::optional<RimModel>, Group::kCount> models_;
+  Groups blunt_;
 };
 
 Vec3f vec(const std::array<int, 3>& a) {
@@ -573,6 +581,7 @@ void placeOnRims(Sampler& field, Coord brick, std::span<const RimSuspect> suspec
   CellModel model;
   for (size_t i = 0; i < count; ++i) {
     const int cell = suspects[wanted[i]].cell;
+    if (fits.isBlunt(Group::largeOf(cell)) && !hard.all()) continue;
     if (!explains(fits, Group::largeOf(cell), cell, model)) small.set(static_cast<size_t>(Group::smallOf(cell)));
   }
   for (int group = Group::kLarge; group < Group::kCount && small.any(); ++group)

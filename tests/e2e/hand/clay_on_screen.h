@@ -22,7 +22,7 @@ class ClayOnScreen : public OnScreen {
     std::ofstream(scratch_ / "script.json")
         << R"({"argil": 1, "units": "mm", "setup": [)" + setup + R"(], "strokes": []})";
     const fs::path file = scratch_ / "clay.argil";
-    const Outcome o = argil({"sculpt", (scratch_ / "script.json").string(), "-o", file.string()});
+    const Outcome o = argil({"sculpt", (scratch_ / "script.json").string(), "-o", file.string(), "--overwrite"});
     EXPECT_EQ(o.code, 0) << o.err;
     return file.string();
   }

@@ -118,7 +118,7 @@ TEST_P(Defaults, SmoothIsSeenAfterOnePass) {
       << R"({"argil": 1, "units": "mm", "setup": [{"voxel_mm": 0.3}, {"block": {"size_mm": [60, 60, 40]}}],
             "strokes": [{"tool": "add", "radius_mm": 4, "path": [[0, -26, 0, 20], [1, 26, 0, 20]]}]})";
   const fs::path file = scratch_ / "clay.argil";
-  ASSERT_EQ(argil({"sculpt", (scratch_ / "script.json").string(), "-o", file.string()}).code, 0);
+  ASSERT_EQ(argil({"sculpt", (scratch_ / "script.json").string(), "-o", file.string(), "--overwrite"}).code, 0);
   RunningStudio studio(arguments({file.string()}), scratch_.path());
   Person person(studio, at().scale);
   seesClay(person);

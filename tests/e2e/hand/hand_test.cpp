@@ -177,7 +177,7 @@ TEST_P(HandOnClay, AClickOnAPieceWorksOnIt) {
       << R"({"argil": 1, "units": "mm", "setup": [{"voxel_mm": 0.5}, {"block": {"size_mm": [40, 40, 30], "centre_mm": [-30, 0, 0]}}],
              "strokes": [{"operation": "cylinder", "name": "Other", "centre_mm": [30, 0, 0], "radius_mm": 20, "height_mm": 30}]})";
   const fs::path file = scratch_ / "clay.argil";
-  const Outcome o = argil({"sculpt", (scratch_ / "script.json").string(), "-o", file.string()});
+  const Outcome o = argil({"sculpt", (scratch_ / "script.json").string(), "-o", file.string(), "--overwrite"});
   ASSERT_EQ(o.code, 0) << o.err;
   RunningStudio studio(arguments({file.string()}), scratch_.path());
   Person person(studio);

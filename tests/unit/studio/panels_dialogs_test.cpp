@@ -697,6 +697,7 @@ TEST_F(PlacedPlanes, TheSideThatStaysIsTheOneThatIsShown) {
       rig.state.planeCut->setOffset(2);
       EXPECT_NEAR(rig.state.planeCut->offsetMm(), 2, 1e-12);
       if (side < 0) rig.run("draw.side");
+      rig.until([&] { return rig.bench.idle(); }, "idle");
       rig.state.planeCut->apply = true;
       const size_t done = rig.bench.snapshot()->done;
       EXPECT_TRUE(follow());

@@ -158,7 +158,7 @@ TEST(WidgetsOfSeveral, AMoveAndATurnOfOneTakeTheOthersAlong) {
   rig.state.gizmo = GizmoMode::rotate;
   const Vec3d pivot = rig.document.piece(first)->pose.translation;
   const Handle ring = rig.handle("turn axis", 1);
-  const Vec3d from = ring.points[ring.points.size() / 2], out = from - pivot;
+  const Vec3d from = ring.points[ring.points.size() * 5 / 8], out = from - pivot;
   const Vec3d to = pivot + Eigen::AngleAxisd(std::acos(-1.0) / 2, ring.axis) * out;
   rig.constrain = true;  // To whole steps of 15°.
   rig.drag(rig.at(from), rig.at(to), 40);

@@ -426,7 +426,7 @@ TEST_F(ModelFiles, NoTriangleHasTwoCornersInOnePlace) {
   }
   // Far from zero some vertices of fine clay fall together.
   Piece far;
-  grid.voxelMm = 0.014;
+  grid.voxelMm = 0.01;
   far.version = clay::makeSphere(clay::Store::make(), grid, Vec3d::Zero(), 1);
   far.pose.translation = {40'000, 40'000, 40'000};
   document.add(far);
