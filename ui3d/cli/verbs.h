@@ -113,8 +113,8 @@ void render(const RenderOptions& options);
 
 struct FeelOptions {
   std::filesystem::path input;
-  std::filesystem::path path;      ///< CSV of a hand path.
-  std::filesystem::path output;    ///< CSV, a row a tick; empty: the summary alone.
+  std::filesystem::path path;    ///< CSV of a hand path.
+  std::filesystem::path output;  ///< CSV, a row a tick; empty: the summary alone.
   bool overwrite = false;
   haptics::HandPathLayout layout;  ///< Of a file that is not in the project's own layout; else empty.
   std::string contact = "proxy", device = "touch";

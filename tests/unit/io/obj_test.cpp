@@ -81,8 +81,7 @@ TEST(Obj, ColoursOfMaterialsAreRead) {
   EXPECT_FALSE(file.objects[0].colour);
   EXPECT_TRUE(file.objects[1].triangleColours.empty());
   EXPECT_EQ(file.objects[1].colour, (Colour{128, 128, 128, 255}));
-  EXPECT_EQ(file.notes,
-            (std::vector<std::string>{"1 pictures of materials were left out"}));
+  EXPECT_EQ(file.notes, (std::vector<std::string>{"1 pictures of materials were left out"}));
 
   // Colours of vertices go before.
   samples::spill(folder / "b.obj",
