@@ -44,7 +44,7 @@ class Keeping : public OnScreen {
       points.push_back({middleX() - 110 + 190.0 * i / 24, middleY() + y + 14 * std::sin(i / 4.0)});
     person.drag(points);
     offTheClay(person);
-    EXPECT_GT(difference(clay(before), clay(other(person, before, 0.001))), 0.001);
+    EXPECT_GT(difference(clay(before), clay(other(person, before, 0.0002))), 0.0002);
   }
   // The clay, without panels and messages.
   static render::Image clay(const render::Image& whole) { return part(whole, 385, 110, 920, 570); }
