@@ -36,8 +36,8 @@ constexpr float kBorrowed = 0.05f;
 constexpr float kAcuteCosine = -0.05f;
 // The same for the planes that a fit starts from: at 81°.
 constexpr float kAcuteStart = -0.15f;
-// At 73°: no right angle whatever the fit makes of it.
-constexpr float kSurelyAcuteCosine = -0.3f;
+// At 65°: no right angle whatever the fit makes of it.
+constexpr float kSurelyAcuteCosine = -0.42f;
 // Voxels from the middle of a group to its rim, at most.
 constexpr float kRimFarthest = 6;
 // Voxels from a face's vertex to the face that it meets in a rim.

@@ -121,7 +121,7 @@ TEST(WallThickness, TheVoxelThatItNamesKeepsTheWalls) {
   TriangleMesh shape = box({0, 0, 0}, {30, 20, 6});
   append(shape, box({29, 5, 2}, {45, 15, 2.7}));  // a fin
   const double voxel = of(shape).keepingVoxelMm();
-  EXPECT_DOUBLE_EQ(voxel, 0.56);
+  EXPECT_DOUBLE_EQ(voxel, 0.35);
   ImportOptions options;
   options.grid.voxelMm = voxel;
   EXPECT_EQ(meshToClay(Store::make(), shape, options).report.losses.lostMm2, 0);
