@@ -75,7 +75,8 @@ class Sweep : public DistanceMethod {
   using Swept = std::array<float, kBrickVoxels>;
   static constexpr float kMostBlend = 64;
 
-  // Whatever the clay is by now: distances of a blend are renewed after each stamp, and what that moves would add up.
+  // Blends the clay before the stroke, not as it is by now: distances are renewed after each stamp, and what that moves
+  // would add up.
   bool blended(Coord coord, const Swept& swept, float (&phi)[kBrickVoxels]) const {
     BrickValues scratch;
     const BrickValues& was = base_.find(coord).values(scratch, band_);

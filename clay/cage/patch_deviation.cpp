@@ -216,7 +216,7 @@ PatchDeviation deviationOf(const PatchSurface& surface, const TriangleMesh& clay
                           normals.clearAt(t, s).normalized().cross(normals.clearAt(t, (s + 1) % 3).normalized()).norm();
       deviation.boundMm = std::max(deviation.boundMm, std::sqrt(std::max(there[from], there[to])) + bend);
     }
-  // The clay's triangles are flat and the clay is not: of it the places that were looked at count.
+  // Counts of the clay only the places that were looked at: its triangles are flat and it is not.
   deviation.boundMm = std::max(deviation.boundMm, deviation.mostMm());
   return deviation;
 }

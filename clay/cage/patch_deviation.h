@@ -19,8 +19,8 @@ struct OneWay {
 };
 struct PatchDeviation {
   OneWay fromPatches, fromClay;  ///< From the patches to the clay's surface; and the other way.
-  /// Of the patches, never below mostMm(): no place of them lies farther off than this, as long as neither surface
-  /// bends by more between two places that were looked at than it does at these.
+  /// Bound of the patches' distance from the clay, never below mostMm(), as long as neither surface bends by more
+  /// between two places that were looked at than it does at these.
   double boundMm = 0;
   /// The farthest places of either way, the farthest first, a fiftieth of the size apart: those beyond a limit, at most
   /// kMostFarPlaces.

@@ -98,7 +98,7 @@ std::vector<SettledBrick> solve(const Sampler& before, Editor& editor, std::span
       const float size = std::abs(old[v]);
       const float now = solver.values(i)[v];
       bool stays = std::abs(now - size) < most;
-      // Where nothing is in reach a distance has no tolerance.
+      // Drops the tolerance where nothing is in reach.
       if (now - size >= most || (now >= band && size < band - kAlone))
         stays = (*stands)(coords[i] * kBrickEdge + Coord{v >> 6, (v >> 3) & 7, v & 7}, old[v]);
       solved[v] = stays ? size : now;

@@ -139,7 +139,7 @@ MeshLosses takeSpecks(Version& version, const RepairedMesh& repaired, const Work
       for (Vec3d& p : skin.positions) p = version.grid().toVoxel(p);
       const NearestTriangle tree(skin);
       count([&](const Vec3d& p) {
-        // What lies deep in the clay, as triangles do that cross others, is no wall.
+        // Leaves out places deep in the clay, as those of triangles that cross others: they are no walls.
         return clay.trilinear(p) > -kNoClay && tree.nearerThan(p, double(kNoClay), UINT32_MAX).triangle == UINT32_MAX;
       });
     }

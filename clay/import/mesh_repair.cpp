@@ -225,7 +225,7 @@ class TurnedBodies {
     for (const Vec3d& p : own.positions) turned.low = turned.low.cwiseMin(p), turned.high = turned.high.cwiseMax(p);
     all_.push_back(std::move(turned));
   }
-  /// What the turns changed of the winding number at a place.
+  /// Returns by how much the turns changed the winding number at a place.
   [[nodiscard]] double change(const Vec3d& p) const {
     double sum = 0;
     for (const Turned& each : all_)

@@ -149,7 +149,7 @@ std::vector<std::string> ImportReport::sentences() const {
   const std::string place =
       fmt::format("{:.4g}, {:.4g}, {:.4g} mm", losses.lostAtMm.x(), losses.lostAtMm.y(), losses.lostAtMm.z());
   const double thick = losses.lostThickMm;
-  // Where triangles cross, voxels do not explain the difference.
+  // Blames the voxels only where no triangles cross.
   if (wallsLost && less > kWorthSaying && thick > 0 && !crossings) {
     out.push_back(
         fmt::format("Walls about {:.2g} mm thin are lost at a voxel of {:.3g} mm: {:.1f} % of the volume, {:.3g} mm² "

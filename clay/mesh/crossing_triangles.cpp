@@ -21,7 +21,7 @@ namespace {
 
 using Corners = std::array<Vec3d, 3>;
 
-/// Of the largest coordinate: what two roundings to 32 bits move a corner by, and no more.
+/// The share of the largest coordinate by which two roundings to 32 bits move a corner at most.
 constexpr double kRounding = 2.5e-7;
 constexpr size_t kLeaf = 4;          // triangles of a leaf
 constexpr double kParallel = 1e-10;  // sine of two planes' angle below which they have no line in common

@@ -34,15 +34,15 @@ constexpr int kLeastForeign = 3;
 constexpr float kBorrowed = 0.05f;
 // The cosine between the normals of faces that meet at 87°.
 constexpr float kAcuteCosine = -0.05f;
-// The same for the planes that a fit starts from: at 81°.
+// The cosine between the planes that a fit starts from, at 81°.
 constexpr float kAcuteStart = -0.15f;
-// At 65°: no right angle whatever the fit makes of it.
+// The cosine between faces at 65°: no right angle whatever the fit makes of it.
 constexpr float kSurelyAcuteCosine = -0.42f;
 // Voxels from the middle of a group to its rim, at most.
 constexpr float kRimFarthest = 6;
 // Voxels from a face's vertex to the face that it meets in a rim.
 constexpr float kRimReach = 2.5f;
-// And of planes that may turn out to be of such faces: at 100°.
+// The cosine between planes that may turn out to be of acute faces, at 100°.
 constexpr float kBluntCosine = 0.17f;
 // Cells so far from a hard one, along each axis, are fitted too.
 constexpr int kBesideHard = 2;
@@ -356,7 +356,7 @@ class RimFits {
     blunt_[static_cast<size_t>(group)] = good;
     model.reset();
   }
-  // Whether a group was explained, without a rim for this: smaller groups in it need no fit.
+  // Tells whether a group was explained without a rim for this: smaller groups in it need no fit.
   [[nodiscard]] bool isBlunt(int group) const { return blunt_[static_cast<size_t>(group)]; }
 
   [[nodiscard]] const RimModel* of(int group) const {
@@ -369,9 +369,9 @@ class RimFits {
     return model.fit().worst < sizeOf(group).mostWorst && model.fit().misfit < sizeOf(group).mostMisfit;
   }
 
-  // Whether two of the faces meet near the group at less than a right angle. What is blunter planes tell as well, and a
-  // rounded edge is not taken for a rim. Voxels beside an edge tell a face's slope from its bend badly: the planes that
-  // the fit started from must be acute as well, or the faces very much so.
+  // Tells whether two of the faces meet near the group at less than a right angle. Planes tell blunter ones as well,
+  // and a rounded edge is not taken for a rim. Voxels beside an edge tell a face's slope from its bend badly: the
+  // planes that the fit started from must be acute as well, or the faces very much so.
   static bool isAcute(const RimModel& model, const Start& start) {
     for (size_t i = 1; i < static_cast<size_t>(model.fit().faces); ++i)
       for (size_t j = 0; j < i; ++j) {
@@ -487,7 +487,7 @@ struct PlacedVertex {
   bool sharp = false;
 };
 
-// Whether a face meets another one at less than a right angle beside a place on it.
+// Tells whether a face meets another one at less than a right angle beside a place on it.
 bool hasRimBeside(const RimModel& model, int face, const Vec3f& p, const Vec3f& gradient) {
   bool beside = false;
   for (int k = 0; k < model.fit().faces; ++k) {

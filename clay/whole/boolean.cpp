@@ -87,7 +87,7 @@ class Combiner {
       facing_.add(voxel, turnA_ ? value <= 0 : value < 0);
     }
   }
-  /// Whether a voxel is in the intersection, as far as that is not too thin.
+  /// Tells whether a voxel is in the intersection, as far as that is not too thin.
   [[nodiscard]] bool isInside(Coord voxel) const {
     const float phi = editor_.find(voxel >> kBrickBits).phi(Brick::offset(voxel.x & 7, voxel.y & 7, voxel.z & 7), 1);
     return turnA_ ? phi >= 0 : phi < 0;

@@ -65,7 +65,8 @@ template <class A, class B>
 /// thinner than the voxels tell, and is none.
 inline constexpr int kTipReach = 3;
 
-/// Whether a voxel within kTipReach of a place is in the intersection of two solids; `inside(voxel)`: whether it is.
+/// Tells whether a voxel within kTipReach of a place is in the intersection of two solids; `inside(voxel)`: whether it
+/// is.
 template <class Inside>
 [[nodiscard]] bool anyInside(const Vec3d& place, const Inside& inside) {
   const Coord middle{static_cast<int32_t>(std::lround(place.x())), static_cast<int32_t>(std::lround(place.y())),

@@ -51,7 +51,7 @@ struct SurfacePicture {
   bool tinted = false;  ///< Multiplied by the colours of vertices, too.
 };
 
-/// Where on a picture the corners of a triangle lie: 0 to 1, v from the top down.
+/// Places on a picture of a triangle's corners: 0 to 1, v from the top down.
 struct PicturePlaces {
   static constexpr uint32_t kNone = UINT32_MAX;
   std::array<std::array<float, 2>, 3> corners{};

@@ -18,7 +18,7 @@ constexpr MapOption kOptions[] = {{"-blendu", 1}, {"-blendv", 1},  {"-bm", 1},  
                                   {"-clamp", 1},  {"-imfchan", 1}, {"-mm", 2},  {"-o", 3},     {"-s", 3},
                                   {"-t", 3},      {"-texres", 1},  {"-type", 1}};
 
-/// What follows "map_Kd": options, then the name of a file, which may have blanks in it.
+/// Reads what follows "map_Kd": options, then the name of a file, which may have blanks in it.
 MaterialMap readMap(TextCursor& cursor) {
   MaterialMap map;
   while (cursor.wordOnLine()) {
