@@ -33,10 +33,16 @@ constexpr int kMargin = 3;
 constexpr double kKeep = 0.5;
 // Build: the share of the way to its plane that a stamp goes. The less it is, the higher the plane lies for the same
 // height of a pass: clay heaps up over several passes, and hollows fill more slowly.
-constexpr float kBuildShare = 0.2f;
+constexpr float kBuildShare = 0.08f;
 // Build: the plane is that of the surface within this part of the tip's radius, so that a bead as narrow as the tip
 // grows with every pass.
 constexpr double kBuildCore = 0.5;
+// Build: the share of the way to the mean of its six neighbours that clay in a valley rises with a stamp, and how far
+// from the surface, voxels. Flanks of what is laid grow steeper with every pass, and where they meet the clay beside
+// them voxels know neither face; without this there are pits.
+constexpr float kSettle = 0.25f, kSettledDepth = 1.5f;
+// Voxels beside the tip up to which valleys are filled: the flank's foot lies on its rim.
+constexpr double kBesideTip = 2;
 // From this radius on, voxels, the surface within a brick counts as one piece of the plane.
 constexpr double kLargeTip = 32;
 
@@ -52,7 +58,7 @@ class Levelling : public DistanceMethod {
         perStamp_(build_ ? 1.0f : static_cast<float>(context.brush->perStamp)),
         above_(build_ ? raisedByStamp(*context.brush, context.operation) / kBuildShare : 0.0f) {}
 
-  double reach(const Stamp& stamp) const override { return stamp.largestRadius(); }
+  double reach(const Stamp& stamp) const override { return stamp.largestRadius() + (build_ ? kBesideTip : 0); }
   Renew leaves() const override { return Renew::all; }
   double travel(double) const override { return -1; }
   int parts(std::span<const Stamp> images) const override {
@@ -224,6 +230,18 @@ bool mayMove(const LevelPlane& plane, const BrickValues& now, float band, const 
   return false;
 }
 
+// Fills valleys, or takes ridges off where it digs, towards the mean of the neighbours: `change` is that of each voxel.
+void settle(const float* broad, const float (&weight)[kBrickVoxels], bool fills, float (&change)[kBrickVoxels]) {
+  constexpr int kX = 16 * kBroadRow, kY = kBroadRow;
+  for (int i = 0; i < kBrickVoxels; ++i) {
+    const float* at = broad + broadOffset((i >> 6) + 4, ((i >> 3) & 7) + 4, (i & 7) + 4);
+    if (!(weight[i] > 0) || !(std::abs(*at) < kSettledDepth)) continue;
+    const float mean = ((at[-kX] + at[kX]) + (at[-kY] + at[kY]) + (at[-1] + at[1])) * (1 / 6.0f),
+                step = kSettle * weight[i] * (mean - *at);
+    change[i] = fills ? std::min(change[i], step) : std::max(change[i], step);
+  }
+}
+
 // Clay moves along the plane's normal, so what comes to a voxel is read where it came from: a wall across the plane
 // stays as it is, and no lip grows from an edge.
 bool Levelling::brick(Sampler& before, std::span<const Stamp> images, Coord coord, float (&phi)[kBrickVoxels]) const {
@@ -291,6 +309,13 @@ bool Levelling::brick(Sampler& before, std::span<const Stamp> images, Coord coor
         far = far || (count > 1 && std::abs(rises[i]) >= kFar * most * weight[i] * plane.share);
       }
     sampleValues(std::span(samples, moved), kX, kY, values);
+    if (build_) {
+      Stamp wide = images[image];
+      wide.radius += kBesideTip;
+      if (wide.endRadius > 0) wide.endRadius += kBesideTip;
+      imageWeights(std::span(&wide, 1), Falloff::dome, coord, perStamp_, weight, rows);
+      settle(broad, weight, up, up ? heap : cut);
+    }
     for (size_t k = 0; k < moved; ++k) {
       const int i = voxels[k];
       const float old = broad[broadOffset((i >> 6) + 4, ((i >> 3) & 7) + 4, (i & 7) + 4)];

@@ -48,14 +48,16 @@ constexpr float kStraight = 0.998f, kFlatFace = 0.9998f;
 // How much deeper than the cell's values two faces may be on the side where they are exact, in the mean (voxels): where
 // a rounding of two voxels may be and where none is.
 constexpr float kDeeper = 0.03f, kDeeperAtCrease = 0.08f;
-// What the cell's values may differ from the faces' field, voxels, on the side where that is exact; and for each voxel
-// that they are farther than kNear from the surface.
-constexpr float kMisfit = 0.25f, kNear = 0.4f, kMisfitBeyond = 0.25f;
+// What the cell's values may differ from the faces' field, voxels, on the side where that is exact: where the faces
+// explain the cell, and at all; and for each voxel that they are farther than kNear from the surface.
+constexpr float kClose = 0.1f, kMisfit = 0.25f, kNear = 0.4f, kMisfitBeyond = 0.25f;
 // How far the mean of a cell's crossings may be from where its one face has them, voxels: beyond an edge distances are
 // too short, and what they say of the crossings is less so.
 constexpr float kMostShift = 0.25f;
 // A face that is so near to a corner of a cell goes through it, voxels: on a plane of the grid.
 constexpr float kOn = 0.01f;
+// A sign says nothing where the faces come so near to the cell's value, voxels.
+constexpr float kSame = 0.03f;
 // How far beside a cell a crease is in it, voxels: one that lies on a plane of the grid is in either cell.
 constexpr float kBeside = 0.07f;
 // How far the faces may meet from where they were sought, voxels.
@@ -370,8 +372,11 @@ HWY_INLINE Corners compare(const Floats (&phi)[8], const Face (&faces)[2], Float
     }
     const Floats most = hn::Max(corners.at[0][c], corners.at[1][c]), few = hn::Min(corners.at[0][c], corners.at[1][c]);
     const Mask in = hn::Lt(phi[c], zero);
-    wrong[0] = hn::Add(wrong[0], only(hn::Xor(hn::Lt(most, zero), in), one));
-    wrong[1] = hn::Add(wrong[1], only(hn::Xor(hn::Lt(few, zero), in), one));
+    const auto differs = [&](Floats value) {
+      return hn::And(hn::Xor(hn::Lt(value, zero), in), hn::Gt(hn::Abs(hn::Sub(value, phi[c])), all(kSame)));
+    };
+    wrong[0] = hn::Add(wrong[0], only(differs(most), one));
+    wrong[1] = hn::Add(wrong[1], only(differs(few), one));
     inside = hn::Add(inside, only(in, one));
     // A maximum is exact inside and a bound outside; a minimum the other way round.
     const Floats allowed = hn::Mul(all(kMisfitBeyond), hn::Max(zero, hn::Sub(hn::Abs(phi[c]), all(kNear))));
@@ -387,7 +392,7 @@ HWY_INLINE Corners compare(const Floats (&phi)[8], const Face (&faces)[2], Float
   corners.convex = hn::Or(hn::Lt(wrong[0], wrong[1]), hn::And(hn::Eq(wrong[0], wrong[1]), behind));
   const auto side = [&](const Floats(&of)[2]) { return hn::IfThenElse(corners.convex, of[0], of[1]); };
   const Floats exact = hn::IfThenElse(corners.convex, inside, hn::Sub(all(8), inside));
-  corners.explained = hn::Eq(side(wrong), zero);
+  corners.explained = hn::And(hn::Eq(side(wrong), zero), hn::Le(side(off), all(kClose)));
   corners.agree = hn::And(hn::Le(side(off), all(kMisfit)), hn::Le(side(depth), hn::Mul(deeper, exact)));
   return corners;
 }
@@ -484,6 +489,9 @@ void Place(const CrispCells& cells, const BlockPlanes& planes, CrispVertices& ou
     Vector place = meeting(there, met.middle, found), normal = there[0].normal + there[1].normal;
     const Mask edge = hn::And(found, hn::Or(hn::And(met.faces[0], met.faces[1]), inCell(place)));
     const Mask beside = hn::And(hn::AndNot(edge, found), isWithin(met.middle - draft, kMostShift));
+    hn::StoreU(place.x, d, out.crease[0] + lane);
+    hn::StoreU(place.y, d, out.crease[1] + lane);
+    hn::StoreU(place.z, d, out.crease[2] + lane);
     if (!hn::AllFalse(d, beside)) {
       const Mask second = met.faces[1];
       Face face{select(second, there[1].normal, there[0].normal),

@@ -70,9 +70,10 @@ struct CrispVertices {
   unsigned face;       ///< or on the face that they cross.
   unsigned third;      ///< It is neither, and planes of neither face have a tenth of the weight.
   unsigned curved;     ///< One of the faces turns within the reach of its planes.
-  unsigned explained;  ///< The cell is inside and outside as the faces say.
+  unsigned explained;  ///< The cell is inside and outside as the faces say, and nearly as far.
   alignas(64) float position[3][kCrispCells];  ///< From `low`.
   alignas(64) float normal[3][kCrispCells];    ///< The faces' sum: of any length.
+  alignas(64) float crease[3][kCrispCells];    ///< The point of the crease that is nearest to a vertex on a face.
 };
 /// Where the two faces that meet in each cell cross: the live grade's step, for creases between curved faces too. A
 /// cell gets no vertex where there are no four planes, where two faces are not told apart, or where its own values

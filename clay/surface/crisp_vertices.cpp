@@ -27,6 +27,8 @@ constexpr float kFlatShare = 0.7f;
 // are so many of them: cells beside it that two faces do not explain are looked at again.
 constexpr float kFlatFaces = 0.001f;
 constexpr int kLeastFlat = 3;
+// How far beside a cell a crease is in it, voxels: one that lies on a plane of the grid is in either cell.
+constexpr float kBeside = 0.07f;
 // A slope that is not 1 counts as a bend by this factor (voxels²).
 constexpr float kBlurred = 0.05f;
 
@@ -161,7 +163,7 @@ class Suspects {
   [[nodiscard]] bool any() const { return any_; }
   [[nodiscard]] bool has(int cell) const { return (words_[cell >> 6] >> (cell & 63) & 1) != 0; }
 
-  // What they look at.
+  // What they look at, and the cells beside them.
   [[nodiscard]] BrickSurroundings::Range range() const {
     BrickSurroundings::Range range;
     std::swap(range.low, range.high);
@@ -169,8 +171,8 @@ class Suspects {
       for (uint64_t left = words_[x]; left != 0; left &= left - 1) {
         const int bit = std::countr_zero(left), at[3] = {x, bit >> 3, bit & 7};
         for (size_t axis = 0; axis < 3; ++axis) {
-          range.low[axis] = std::min(range.low[axis], at[axis]);
-          range.high[axis] = std::max(range.high[axis], at[axis] + 2 * kAround + 1);
+          range.low[axis] = std::min(range.low[axis], std::max(at[axis] - 1, 0));
+          range.high[axis] = std::max(range.high[axis], std::min(at[axis] + 1, kBrickEdge - 1) + 2 * kAround + 1);
         }
       }
     return range;
@@ -271,6 +273,9 @@ class Placement {
   // After the last.
   void finish() { place(); }
 
+  // Cells that creases of others go through: eight values across a crease may lie in a plane, and then it is not known
+  // for one.
+  [[nodiscard]] const RimCells& passed() const { return passed_; }
   // Vertices on creases; cells whose crease is too sharp or too tangled for planes.
   [[nodiscard]] const PlacedVertices& sharp() const { return onCrease_; }
   [[nodiscard]] const RimCells& hard() const { return hard_; }
@@ -396,11 +401,23 @@ class Placement {
         s.found.normal = at(found.normal);
         s.curved = has(found.curved);
         s.explained = has(found.explained);
+        if (s.kinked && s.found.kind == CreaseVertex::Kind::face) markPassed(s, at(found.crease));
       } else if (has(found.third)) {
         s.found = byThreeFaces(s, *cells_.rule[k], {cells_.plane[k], static_cast<size_t>(cells_.planes[k])});
       }
     }
     cells_.count = 0;
+  }
+
+  // The cell beside s that the point, from its lowest corner, lies in, if it is one of the brick's.
+  void markPassed(const Suspect& s, const Vec3f& crease) {
+    std::array<int, 3> cell = placeOf(s);
+    for (size_t axis = 0; axis < 3; ++axis) {
+      const float along = crease[static_cast<Eigen::Index>(axis)];
+      cell[axis] += (along > 1 + kBeside) - (along < -kBeside);
+      if (cell[axis] < 0 || cell[axis] >= kBrickEdge) return;
+    }
+    passed_.set(static_cast<size_t>(Brick::offset(cell[0], cell[1], cell[2])));
   }
 
   CreaseVertex byThreeFaces(const Suspect& s, const CrispRule& rule, std::span<const uint16_t> near) const {
@@ -438,7 +455,7 @@ class Placement {
   ExtractionBuffer& brick_;
   size_t count_ = 0;
   PlacedVertices onCrease_;
-  RimCells hard_;
+  RimCells hard_, passed_;
   std::array<Suspect, kAtOnce> suspects_;
   CrispCells cells_;
   std::array<Suspect*, kCrispCells> asked_;
@@ -472,10 +489,18 @@ void crispVertices(Sampler& field, Coord brick, const CreaseCells& cells, bool w
   for (size_t i = 0; i < count; ++i)
     if (list[i].kinked) placement.add(list[i].vertex, list[i].cell, list[i].edges);
   placement.finish();
+  if (const RimCells passed = placement.passed(); passed.any()) {
+    for (size_t i = 0; i < count; ++i)
+      if (!list[i].kinked && passed[list[i].cell]) {
+        list[i].kinked = true;
+        placement.add(list[i].vertex, list[i].cell, list[i].edges);
+      }
+    placement.finish();
+  }
   PlacedVertices sharp = placement.sharp();
-  RimCells hard = placement.hard();
-  if (grade == Grade::fine) hard.set();
-  if (hard.any()) placeOnRims(field, brick, {list.data(), count}, hard, wantNormals, out, placed, sharp);
+  const bool all = grade == Grade::fine;
+  if (all || placement.hard().any())
+    placeOnRims(field, brick, {list.data(), count}, placement.hard(), all, wantNormals, out, placed, sharp);
   size_t onCrease = 0;
   for (size_t i = 0; i < out.table.vertices; ++i)
     if (sharp[i]) out.sharp[onCrease++] = static_cast<uint16_t>(i);

@@ -21,8 +21,8 @@ constexpr int kStepY = 20, kStepX = kVoxels * kStepY;
 
 // How far from a group's middle are cells whose planes a fit may start from.
 constexpr int kPlaneReach = 4;
-// The same from the middle of a large group, for the small ones in it.
-constexpr int kFarthestPlane = kPlaneReach + 1;
+// The same from the middle of a large group, for the cells in it.
+constexpr int kFarthestPlane = kPlaneReach + 2;
 // Planes of cells that bend by less than this (RMS, voxels), with a slope nearer to 1 than this, may start a fit.
 constexpr float kStartBend = 0.06f, kStartBlur = 0.12f;
 // Normals within 41° of a face's are its own.
@@ -32,6 +32,8 @@ constexpr float kForeign = 0.12f;
 constexpr int kLeastForeign = 3;
 // What another group's fit may leave of a cell's own voxels, voxels.
 constexpr float kBorrowed = 0.05f;
+// What a fit for a cell alone may leave: nothing else explains it, and the draft is off by more.
+constexpr float kAloneWorst = 0.1f;
 // The cosine between the normals of faces that meet at 87°.
 constexpr float kAcuteCosine = -0.05f;
 // The cosine between the planes that a fit starts from, at 81°.
@@ -283,14 +285,14 @@ struct NearPlanes {
   }
 };
 
-// Cells that share a fit: first four along each axis, two where that does not explain them. Number 0 to 7 are the large
-// groups of a brick.
+// Cells that share a fit: first four along each axis, two where that does not explain them, and a cell alone where that
+// does not either. Number 0 to 7 are the large groups of a brick; the last is that of the cell that was asked for.
 struct Group {
-  static constexpr int kLarge = 8, kCount = kLarge + 64;
+  static constexpr int kLarge = 8, kOwn = kLarge + 64, kCount = kOwn + 1;
   static int largeOf(int cell) { return cell >> 8 << 2 | (cell >> 5 & 1) << 1 | (cell >> 2 & 1); }
   static int smallOf(int cell) { return kLarge + ((cell >> 7) * 16 + (cell >> 4 & 3) * 4 + (cell >> 1 & 3)); }
   static bool isLarge(int group) { return group < kLarge; }
-  // In voxels from the block's lowest.
+  // In voxels from the block's lowest; not for kOwn.
   static std::array<int, 3> middleOf(int group) {
     if (isLarge(group))
       return {kMargin + 2 + 4 * (group >> 2), kMargin + 2 + 4 * (group >> 1 & 1), kMargin + 2 + 4 * (group & 1)};
@@ -309,9 +311,10 @@ struct FitSize {
   float mostMisfit;  // and of all, in the mean
 };
 constexpr FitSize kLargeFit{.reach = 4.3f, .near = 3.3f, .fading = 0.25f, .mostWorst = 0.03f, .mostMisfit = 0.15f},
-    kSmallFit{.reach = 3.7f, .near = 2, .fading = 0.5f, .mostWorst = 0.04f, .mostMisfit = 0.3f};
+    kSmallFit{.reach = 3.7f, .near = 2, .fading = 0.5f, .mostWorst = 0.04f, .mostMisfit = 0.3f},
+    kOwnFit{.reach = 3.7f, .near = 2, .fading = 0.5f, .mostWorst = kAloneWorst, .mostMisfit = 0.3f};
 const FitSize& sizeOf(int group) {
-  return Group::isLarge(group) ? kLargeFit : kSmallFit;
+  return Group::isLarge(group) ? kLargeFit : group == Group::kOwn ? kOwnFit : kSmallFit;
 }
 
 // The fits of a brick's groups.
@@ -337,48 +340,67 @@ class RimFits {
   [[nodiscard]] const FieldBlock& block() const { return block_; }
   [[nodiscard]] bool kinkedAround(int cell) const { return planes_.kinkedAround(cell >> 6, cell >> 3 & 7, cell & 7); }
 
+  // In voxels from the block's lowest.
+  [[nodiscard]] std::array<int, 3> middleOf(int group) const {
+    return group == Group::kOwn ? own_ : Group::middleOf(group);
+  }
+  // Makes the faces around a voxel those of Group::kOwn.
+  void fitAround(const std::array<int, 3>& middle) {
+    own_ = middle;
+    models_[Group::kOwn].reset();
+    fit(Group::kOwn);
+  }
+
   // Finds the faces of a group: two, or three where voxels are left that lie on neither.
   void fit(int group) {
-    const NearPlanes near(planes_, Group::middleOf(group));
+    const NearPlanes near(planes_, middleOf(group));
     Start start;
     if (!near.twoFaces(start) || start.normal[0].dot(start.normal[1]) > kBluntCosine) return;
     gather(group);
     std::optional<RimModel>& model = models_[static_cast<size_t>(group)];
     run(group, start, model);
-    if (model && !isGood(*model, group)) {
+    if (model && !isWithin(*model, group == Group::kOwn ? kSmallFit : sizeOf(group))) {
       const bool more = foreignVoxels(*model) >= kLeastForeign && near.thirdFace(*model, start);
-      model.reset();
-      if (more) run(group, start, model);
+      if (group != Group::kOwn) model.reset();
+      std::optional<RimModel> three;
+      if (more) run(group, start, three);
+      if (three && (!model || three->fit().worst < model->fit().worst)) model = three;
     }
     if (!model) return;
     const bool good = isGood(*model, group);
-    if (good && isAcute(*model, start)) return;
+    // A looser fit tells less of the angle.
+    if (good && isAcute(*model, start, group != Group::kOwn)) return;
     blunt_[static_cast<size_t>(group)] = good;
     model.reset();
   }
   // Tells whether a group was explained without a rim for this: smaller groups in it need no fit.
   [[nodiscard]] bool isBlunt(int group) const { return blunt_[static_cast<size_t>(group)]; }
 
+  [[nodiscard]] bool any() const {
+    return std::any_of(models_.begin(), models_.end(), [](const auto& model) { return model.has_value(); });
+  }
   [[nodiscard]] const RimModel* of(int group) const {
     const std::optional<RimModel>& model = models_[static_cast<size_t>(group)];
     return model ? &*model : nullptr;
   }
 
  private:
-  static bool isGood(const RimModel& model, int group) {
-    return model.fit().worst < sizeOf(group).mostWorst && model.fit().misfit < sizeOf(group).mostMisfit;
+  static bool isWithin(const RimModel& model, const FitSize& size) {
+    return model.fit().worst < size.mostWorst && model.fit().misfit < size.mostMisfit;
   }
+  static bool isGood(const RimModel& model, int group) { return isWithin(model, sizeOf(group)); }
 
   // Tells whether two of the faces meet near the group at less than a right angle. Planes tell blunter ones as well,
   // and a rounded edge is not taken for a rim. Voxels beside an edge tell a face's slope from its bend badly: the
   // planes that the fit started from must be acute as well, or the faces very much so.
-  static bool isAcute(const RimModel& model, const Start& start) {
+  static bool isAcute(const RimModel& model, const Start& start, bool byStart) {
     for (size_t i = 1; i < static_cast<size_t>(model.fit().faces); ++i)
       for (size_t j = 0; j < i; ++j) {
         Vec3f rim = Vec3f::Zero();
         std::array<Vec3f, kMostRimFaces> g;
         if (!model.meet(1u << i | 1u << j, kRimFarthest, rim, g)) continue;
-        const float most = start.normal[i].dot(start.normal[j]) < kAcuteStart ? kAcuteCosine : kSurelyAcuteCosine;
+        const bool acute = byStart && start.normal[i].dot(start.normal[j]) < kAcuteStart;
+        const float most = acute ? kAcuteCosine : kSurelyAcuteCosine;
         if (g[0].dot(g[1]) < most) return true;
       }
     return false;
@@ -386,7 +408,7 @@ class RimFits {
 
   // The exact voxels around a group's middle.
   void gather(int group) {
-    const std::array<int, 3> middle = Group::middleOf(group);
+    const std::array<int, 3> middle = middleOf(group);
     const float reach = sizeOf(group).reach;
     const int steps = static_cast<int>(reach);
     const unsigned bits = ((1u << (2 * steps + 1)) - 1) << (middle[2] - steps);
@@ -428,6 +450,7 @@ class RimFits {
   RimVoxels voxels_;
   std::array<std::optional<RimModel>, Group::kCount> models_;
   Groups blunt_;
+  std::array<int, 3> own_{};
 };
 
 Vec3f vec(const std::array<int, 3>& a) {
@@ -450,14 +473,15 @@ bool explains(const RimFits& fits, int group, int cell, CellModel& out) {
   if (!model) return false;
   const FieldBlock& block = fits.block();
   const std::array<int, 3> low{(cell >> 6) + kMargin, (cell >> 3 & 7) + kMargin, (cell & 7) + kMargin};
-  const std::array<int, 3> middle = Group::middleOf(group);
+  const std::array<int, 3> middle = fits.middleOf(group);
   out.model = model;
   out.low = vec({low[0] - middle[0], low[1] - middle[1], low[2] - middle[2]});
   out.corners = model->corners(out.low);
+  const float most = group == Group::kOwn ? kAloneWorst : kBorrowed;
   for (int c = 0; c < 8; ++c) {
     const int x = low[0] + (c >> 2), y = low[1] + (c >> 1 & 1), z = low[2] + (c & 1);
     if (!(block.row(block.exact, x, y) >> z & 1)) continue;
-    if (!(std::abs(model->joined(out.corners.at(c)) - *block.at(x, y, z)) < kBorrowed)) return false;
+    if (!(std::abs(model->joined(out.corners.at(c)) - *block.at(x, y, z)) < most)) return false;
   }
   return true;
 }
@@ -480,6 +504,25 @@ bool findModel(const RimFits& fits, int cell, CellModel& out) {
             best = group, least = found.model->fit().misfit, out = found;
       }
   return best >= 0;
+}
+
+// By a fit for the cell alone, around either end of its diagonal: what shares a group's fit may lie on other faces, and
+// a group ends with its brick.
+bool fitAlone(RimFits& fits, int cell, CellModel& out) {
+  for (const int end : {0, 1}) {
+    fits.fitAround({(cell >> 6) + kMargin + end, (cell >> 3 & 7) + kMargin + end, (cell & 7) + kMargin + end});
+    if (explains(fits, Group::kOwn, cell, out)) return true;
+  }
+  return false;
+}
+
+// Tells whether one of the cells is at most a step away along each axis.
+bool isBeside(const RimCells& cells, int cell) {
+  for (int x = std::max((cell >> 6) - 1, 0); x <= std::min((cell >> 6) + 1, 7); ++x)
+    for (int y = std::max((cell >> 3 & 7) - 1, 0); y <= std::min((cell >> 3 & 7) + 1, 7); ++y)
+      for (int z = std::max((cell & 7) - 1, 0); z <= std::min((cell & 7) + 1, 7); ++z)
+        if (cells[static_cast<size_t>(x << 6 | y << 3 | z)]) return true;
+  return false;
 }
 
 struct PlacedVertex {
@@ -553,7 +596,7 @@ std::optional<PlacedVertex> place(const FieldBlock& block, const CellModel& cell
 
 }  // namespace
 
-void placeOnRims(Sampler& field, Coord brick, std::span<const RimSuspect> suspects, const RimCells& hard,
+void placeOnRims(Sampler& field, Coord brick, std::span<const RimSuspect> suspects, const RimCells& hard, bool all,
                  bool wantNormals, ExtractionBuffer& out, PlacedVertices& placed, PlacedVertices& sharp) {
   // Kept: it is a quarter of a megabyte, and fresh memory costs more than the fits of a brick.
   thread_local const std::unique_ptr<RimFits> room = std::make_unique_for_overwrite<RimFits>();
@@ -563,7 +606,7 @@ void placeOnRims(Sampler& field, Coord brick, std::span<const RimSuspect> suspec
   Groups large, small;
   // A rim goes on for some cells beside those that are known to be hard.
   for (const RimSuspect& s : suspects) {
-    if (!hard[s.cell]) continue;
+    if (!all && !hard[s.cell]) continue;
     for (int corner = 0; corner < 8; ++corner) {
       const auto at = [&](int shift, int bit) {
         return std::clamp((s.cell >> shift & 7) + ((corner >> bit & 1) != 0 ? kBesideHard : -kBesideHard), 0, 7);
@@ -581,19 +624,25 @@ void placeOnRims(Sampler& field, Coord brick, std::span<const RimSuspect> suspec
   CellModel model;
   for (size_t i = 0; i < count; ++i) {
     const int cell = suspects[wanted[i]].cell;
-    if (fits.isBlunt(Group::largeOf(cell)) && !hard.all()) continue;
+    if (fits.isBlunt(Group::largeOf(cell)) && !all) continue;
     if (!explains(fits, Group::largeOf(cell), cell, model)) small.set(static_cast<size_t>(Group::smallOf(cell)));
   }
   for (int group = Group::kLarge; group < Group::kCount && small.any(); ++group)
     if (small[static_cast<size_t>(group)]) fits.fit(group);
+  const bool acute = fits.any();
   int last = -1;
-  bool found = false;
+  bool found = false, alone = false;
   for (size_t i = 0; i < count; ++i) {
     const RimSuspect& s = suspects[wanted[i]];
-    if (s.cell != last) found = findModel(fits, s.cell, model);
+    if (s.cell != last) found = findModel(fits, s.cell, model), alone = false;
     last = s.cell;
-    if (!found) continue;
-    const std::optional<PlacedVertex> vertex = place(fits.block(), model, s);
+    std::optional<PlacedVertex> vertex;
+    if (found) vertex = place(fits.block(), model, s);
+    if (acute && !vertex && !alone && (hard[s.cell] || (s.kinked && isBeside(hard, s.cell)))) {
+      alone = true;
+      found = fitAlone(fits, s.cell, model);
+      if (found) vertex = place(fits.block(), model, s);
+    }
     if (!vertex || (!s.kinked && !vertex->sharp)) continue;
     placed.set(s.vertex);
     sharp.set(s.vertex, vertex->sharp);

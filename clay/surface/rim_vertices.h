@@ -25,10 +25,10 @@ using PlacedVertices = std::bitset<ExtractionBuffer::kMostVertices>;
 /// Bit by cell of a brick, x·64 + y·8 + z.
 using RimCells = std::bitset<kBrickVoxels>;
 
-/// Moves those of `suspects` that share a group with one of the cells `hard` to the rim or the face where they belong
-/// for which faces are found that explain the field around; sets their bits in `placed`, and in `sharp` those of
-/// vertices on rims and corners. Equal bits everywhere. Method: rims.md.
-void placeOnRims(Sampler& field, Coord brick, std::span<const RimSuspect> suspects, const RimCells& hard,
+/// Moves those of `suspects` that share a group with one of the cells `hard`, or `all`, to the rim or the face where
+/// they belong for which faces are found that explain the field around; sets their bits in `placed`, and in `sharp`
+/// those of vertices on rims and corners. Equal bits everywhere. Method: rims.md.
+void placeOnRims(Sampler& field, Coord brick, std::span<const RimSuspect> suspects, const RimCells& hard, bool all,
                  bool wantNormals, ExtractionBuffer& out, PlacedVertices& placed, PlacedVertices& sharp);
 
 }  // namespace argil::clay

@@ -127,6 +127,12 @@ void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, const Placed
   table.sharp = {out.sharp.data(), sharp};
 }
 
+// The squared sine of 30°: the middle one of three vertices on creases that stands out of the others' plane by more is on
+// another face than the fourth vertex of the quad.
+constexpr float kOnFace = 0.25f;
+// And by more than half a voxel, squared.
+constexpr float kOffFace = 0.25f;
+
 void splitAlongCreases(const std::array<VertexSource, 8>& sources, std::span<std::array<VertexRef, 4>> quads) {
   if (std::none_of(sources.begin(), sources.end(),
                    [](const VertexSource& s) { return s.table && !s.table->sharp.empty(); }))
@@ -141,11 +147,28 @@ void splitAlongCreases(const std::array<VertexSource, 8>& sources, std::span<std
     for (const uint16_t index : sources[k].table->sharp) of[index >> 6] |= uint64_t{1} << (index & 63);
   }
   const auto on = [&marks](unsigned ref) { return static_cast<unsigned>(marks[ref >> 6] >> (ref & 63) & 1); };
+  const auto at = [&sources](unsigned ref) -> Vec3f {
+    const unsigned n = ref >> kVertexRefBits, lower = (n & 1) << 2 | (n & 2) | n >> 2;
+    const Vec3f& p = sources[lower].positions[ref & kVertexRefIndex];
+    return p - Vec3f(static_cast<float>(n & 1), static_cast<float>(n >> 1 & 1), static_cast<float>(n >> 2)) * 8;
+  };
   // Bit i: corner i is sharp. Set where the diagonal 1–3 must be taken in place of 0–2.
-  constexpr unsigned kTurned = 1u << 0b1010 | 1u << 0b0111 | 1u << 0b1101;
+  constexpr unsigned kOneThree = 1u << 0b1010;
+  // Three are.
+  constexpr unsigned kThree = 1u << 0b0111 | 1u << 0b1011 | 1u << 0b1101 | 1u << 0b1110;
   for (std::array<VertexRef, 4>& quad : quads) {
     const unsigned sharp = on(quad[0]) | on(quad[1]) << 1 | on(quad[2]) << 2 | on(quad[3]) << 3;
-    if (kTurned >> sharp & 1) quad = {quad[1], quad[2], quad[3], quad[0]};
+    bool turned = (kOneThree >> sharp & 1) != 0;
+    if (kThree >> sharp & 1) {
+      // The middle one is opposite to the one that is not sharp.
+      const auto other = static_cast<unsigned>(std::countr_one(sharp)), middle = other ^ 2u;
+      const Vec3f o = at(quad[other]), m = at(quad[middle]) - o, before = at(quad[middle ^ 1u]) - o,
+                  after = at(quad[middle ^ 3u]) - o, normal = before.cross(after);
+      const float height = m.dot(normal), length2 = std::min((m - before).squaredNorm(), (m - after).squaredNorm());
+      const bool through = height * height <= std::max(kOnFace * length2, kOffFace) * normal.squaredNorm();
+      turned = through == ((middle & 1) != 0);
+    }
+    if (turned) quad = {quad[1], quad[2], quad[3], quad[0]};
   }
 }
 

@@ -30,7 +30,8 @@ void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, const Placed
 
 /// Turns quads, as extractQuads makes them, so that they are split along creases: between two opposite sharp vertices,
 /// which the other diagonal would cut off; of three sharp ones through the middle one, or a triangle would lie along
-/// the crease without area. Costs nothing where no source has sharp vertices.
+/// the crease without area, unless that one stands out of the plane of the others: then it is on another face. Costs
+/// nothing where no source has sharp vertices.
 void splitAlongCreases(const std::array<VertexSource, 8>& sources, std::span<std::array<VertexRef, 4>> quads);
 
 }  // namespace argil::clay
