@@ -89,7 +89,8 @@ struct Brush {
   float height = 1;                   ///< Raise: 0 to 4096; a smooth one reaches it in about ten stamps of strength 1.
   double spread = 1;                  ///< Smooth: times the variance of a stamp's mean, 1 to 64: coarser bumps go.
   bool limited = false;               ///< Raise: what a stroke lays never exceeds the height, however often it passes.
-  float angle = 0.5f;                 ///< Twist: radians over a whole turn of the tip's way, −3 to 3.
+  bool bead = false;   ///< Limited: nor the height times the weight, so that it has the falloff's profile.
+  float angle = 0.5f;  ///< Twist: radians over a whole turn of the tip's way, −3 to 3.
   std::array<uint8_t, 3> colour{};
   uint8_t material = 0;
   /// Carve: the thickness in voxels below which no wall is cut, 0 to 256; 0: no limit. clay/brush/wall_limit.h.

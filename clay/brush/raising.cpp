@@ -129,7 +129,7 @@ class Raising : public DistanceMethod {
         threads_(context.threads),
         side_(context.operation.amount < 0 ? -1.0f : 1.0f),
         rise_(std::abs(context.operation.amount) * context.brush->height),
-        step_(brush_->image ? rise_ : raisedByStamp(*brush_, operation_)),
+        step_(brush_->image || brush_->bead ? rise_ : raisedByStamp(*brush_, operation_)),
         start_(context.start),
         base_(context.start, context.operation.amount < 0 ? -1 : 1, context.threads),
         applications_(context.brush->image != nullptr) {
@@ -355,9 +355,10 @@ bool Raising::raise(std::span<const Stamp> images, Coord coord, const float* foo
   if (!brush_->image) {
     for (const Stamp& each : images)
       footWeights(sweptBall(each, coord), static_cast<int>(operation_.shape), each.strength, foot, weight);
-    return raiseHeights(weight, step_, rise_, mask, layer.height);
+    if (!brush_->bead) return raiseHeights(weight, step_, rise_, mask, layer.height);
+  } else {
+    for (const Stamp& each : images) emboss(each, coord, foot, weight);
   }
-  for (const Stamp& each : images) emboss(each, coord, foot, weight);
   bool any = false;
   for (int i = 0; i < kBrickVoxels; ++i) {
     const float height = weight[i] * rise_;

@@ -127,8 +127,8 @@ void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, const Placed
   table.sharp = {out.sharp.data(), sharp};
 }
 
-// The squared sine of 30°: the middle one of three vertices on creases that stands out of the others' plane by more is on
-// another face than the fourth vertex of the quad.
+// The squared sine of 30°: the middle one of three vertices on creases that stands out of the others' plane by more is
+// on another face than the fourth vertex of the quad.
 constexpr float kOnFace = 0.25f;
 // And by more than half a voxel, squared.
 constexpr float kOffFace = 0.25f;

@@ -164,6 +164,7 @@ const ToolRow& AddedTools::add(const AddedTool& tool) {
                    : tool.external ? std::span<const clay::Operation>(kExternal)
                                    : kByFormula;
   row.limited = like.limited;
+  row.bead = like.bead;
   row.work = haptics::Work::rub;
   row.opposite = tool.inverts || tool.image ? row.id : std::string_view();
   row.parameters = kept->parameters;

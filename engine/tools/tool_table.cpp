@@ -238,7 +238,7 @@ constexpr std::array kTools{
         .opposite = "ridge",
         .parameters = kRaise,
         .limited = true,
-        .falloff = Falloff::dome,
+        .bead = true,
     },
     ToolRow{
         .id = "ridge",
@@ -251,7 +251,7 @@ constexpr std::array kTools{
         .opposite = "groove",
         .parameters = kRaise,
         .limited = true,
-        .falloff = Falloff::dome,
+        .bead = true,
     },
     ToolRow{
         .id = "crease",
@@ -566,6 +566,7 @@ std::shared_ptr<const clay::Brush> brushOf(const Tool& tool, const clay::Grid& g
                                   [](const Operation& each) { return each.method == Method::carve; });
   brush->leastWall = carves ? std::min(voxels(tool.leastWallMm), 256.0f) : 0;
   brush->limited = row.limited || soft;
+  brush->bead = row.bead;
   brush->angle = static_cast<float>(tool.angleDeg * std::numbers::pi / 180);
   brush->colour = {uint8_t(tool.colour >> 16), uint8_t(tool.colour >> 8), uint8_t(tool.colour)};
   brush->material = static_cast<uint8_t>(std::clamp(tool.material, 0, 255));

@@ -32,6 +32,7 @@ struct ToolRow {
   std::string_view opposite = {};  ///< Id of the tool that the invert key gives; its own: Tool::inverted; empty: none.
   std::span<const Parameter<Tool>> parameters;
   bool limited = false;  ///< clay::Brush::limited.
+  bool bead = false;     ///< clay::Brush::bead.
   bool dye = false;
   ToolFile file = ToolFile::none;
   clay::Falloff falloff = clay::Falloff::smooth;  ///< A standard tool's.
