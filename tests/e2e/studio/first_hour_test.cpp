@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <numbers>
 
 #include "tests/e2e/hand/clay_on_screen.h"
 
@@ -171,6 +172,111 @@ TEST_P(FirstHour, ACutByPlaneIsSeenBeforeItIsDone) {
   const Saved now = otherClay(person, before);
   EXPECT_NEAR(now.volume, before.volume / 2, 0.03 * before.volume);
   person.shot("plane-cut");
+}
+
+// Menus opened by the mouse or by a tap of Alt take arrows and Enter.
+TEST_P(FirstHour, MenusTakeArrowsAndEnter) {
+  const std::string file = block();
+  RunningStudio studio(arguments({file}), scratch_.path());
+  Person person(studio);
+  seesClay(person);
+  const Saved begin = saved();
+  const double ball = std::numbers::pi / 6 * 60 * 60 * 60;
+  // Clay: "Add a block", "Add a ball". By the mouse the first arrow marks the first row.
+  offTheClay(person);
+  const render::Image closed = person.settled();
+  person.click(112, 14);
+  (void)other(person, closed, 0.005);
+  person.key("down");
+  person.ready();
+  person.key("down");
+  person.shot("menu-marked");
+  person.key("enter");
+  const Saved one = otherClay(person, begin);
+  EXPECT_NEAR(one.volume - begin.volume, ball, 0.02 * ball);
+  // By Alt: File, Edit, Clay with the first row marked. Left goes back.
+  offTheClay(person);
+  person.keyDown("alt");
+  person.keyUp("alt");
+  person.ready();
+  person.key("right");
+  person.ready();
+  person.key("right");
+  person.ready();
+  person.key("right");
+  person.ready();
+  person.key("left");
+  person.ready();
+  person.key("down");
+  person.shot("menu-by-alt");
+  person.key("enter");
+  const Saved two = otherClay(person, one);
+  // A ball again, twice as large beside more clay.
+  EXPECT_NEAR(two.volume - one.volume, 8 * ball, 0.02 * 8 * ball);
+  // Piece, the menu in it, and back: Join, of three pieces that stand apart, is asked about.
+  person.keyDown("alt");
+  person.keyUp("alt");
+  person.ready();
+  for (int i = 0; i < 3; ++i) {
+    person.key("right");
+    person.ready();
+  }
+  const render::Image piece = person.settled();
+  person.key("right");
+  const render::Image inner = other(person, piece, 0.003);
+  person.key("left");
+  EXPECT_LT(difference(other(person, inner, 0.003), piece), 0.003);
+  person.key("right");
+  (void)other(person, piece, 0.003);
+  person.key("enter");
+  (void)other(person, inner, 0.2);
+  person.shot("menu-join");
+  person.key("escape");
+  (void)person.settled();
+  // A second tap closes; Alt held for a drag turns the view and opens nothing.
+  offTheClay(person);
+  const render::Image bare = person.settled();
+  for (int i = 0; i < 2; ++i) {
+    person.keyDown("alt");
+    person.keyUp("alt");
+    person.ready();
+  }
+  EXPECT_LT(difference(person.settled(), bare), 0.002);
+  person.keyDown("alt");
+  person.drag({{middleX(), middleY()}, {middleX() + 60, middleY()}});
+  person.keyUp("alt");
+  const render::Image turned = other(person, bare, 0.02);
+  EXPECT_LT(difference(part(turned, 0, 0, 340, 300), part(bare, 0, 0, 340, 300)), 0.01) << "no menu";
+}
+
+// What is seen as a whole stays in the middle, whichever named view comes after which.
+TEST_P(FirstHour, ViewKeysTurnAboutTheMiddleOfWhatIsSeen) {
+  const std::string file = document(
+      R"({"voxel_mm": 1}, {"block": {"size_mm": [60, 60, 74], "centre_mm": [300, -200, 80], "round_mm": 20}})");
+  RunningStudio studio(arguments({file}), scratch_.path());
+  Person person(studio);
+  seesClay(person);
+  const auto middle = [](const render::Image& image) {
+    double sum = 0, count = 0;
+    for (int y = 80; y < 690; y += 2)
+      for (int x = 350; x < 1235; x += 2) {
+        const uint8_t* p = image.pixel(x, y);
+        if (p[0] > p[2] + 30) sum += x, ++count;
+      }
+    return count > 0 ? sum / count : 0;
+  };
+  for (const std::string first : {"0", "1", "3", "7", "ctrl+3"})
+    for (const std::string then : {"1", "3", "7"}) {
+      SCOPED_TRACE(first + " " + then);
+      person.key(first);
+      (void)person.settled();
+      person.key("home");
+      offTheClay(person);
+      EXPECT_NEAR(middle(person.settled()), middleX(), 12);
+      person.key(then);
+      (void)person.settled();
+      EXPECT_NEAR(middle(person.shot("view-" + first + "-" + then)), middleX(), 12);
+    }
 }
 
 INSTANTIATE_TEST_SUITE_P(Sizes, FirstHour, ::testing::Values(kSmallScreen), nameOf);

@@ -23,6 +23,16 @@ void beginFrame();
 /// Escape is used up in this frame: no dialog closes by it.
 void takeEscape();
 [[nodiscard]] bool escapeIsTaken();
+/// Before ImGui::NewFrame(): while a menu is on top its rows take arrows, Enter and Space.
+void steerMenus();
+/// Within a menu that is being drawn, before its rows.
+void beginMenuRows();
+/// ImGui::BeginMenu() of a row within a menu.
+[[nodiscard]] bool beginMenuInMenu(const char* name);
+/// Opens a menu of the bar that is being drawn instead of the open one, with its first row marked.
+void openMenu(const char* name);
+/// 1: Right asks for the next menu of the bar in this frame; -1: Left for the one before; 0: neither.
+[[nodiscard]] int menuStepAcross();
 
 /// A window that fills a rectangle, without title and without moving. Always end() it.
 bool begin(const char* name, const Rect& rect, ImU32 ground, ImVec2 padding, ImGuiWindowFlags flags = 0);
