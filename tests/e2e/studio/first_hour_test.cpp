@@ -6,10 +6,15 @@
 #include <fstream>
 #include <numbers>
 
+#include "clay/whole/deform.h"
+#include "engine/saving/saved_document.h"
 #include "tests/e2e/hand/clay_on_screen.h"
 
 namespace argil::tests {
 namespace {
+
+// The first number of a place in the settings of Carve, while several pieces are selected, on the small screen.
+constexpr double kPlaceX = 236, kPlaceY = 500;
 
 class FirstHour : public ClayOnScreen {
  protected:
@@ -113,8 +118,7 @@ TEST_P(FirstHour, TScalesThePiece) {
   seesClay(person);
   const Saved before = saved();
   const double x = middleX(), y = middleY();
-  byPalette(person, "materials");  // Selects the piece that is worked on.
-  person.key("t");
+  person.key("t");  // Nothing is selected: the handles stand on the piece that is worked on.
   const render::Image handles = person.shot("scale-handles");
   // White squares on a ring of 50 units around the piece's middle.
   double best = 0;
@@ -134,6 +138,57 @@ TEST_P(FirstHour, TScalesThePiece) {
   const Saved now = otherClay(person, before);
   EXPECT_GT(now.volume, 2 * before.volume);
   EXPECT_EQ(now.steps, before.steps + 1);
+}
+
+// A click selects, Ctrl+click adds; a typed place moves all of them.
+TEST_P(FirstHour, ATypedPlaceMovesAllThatAreSelected) {
+  std::ofstream(scratch_ / "script.json")
+      << R"({"argil": 1, "units": "mm", "setup": [{"voxel_mm": 1}, {"block": {"size_mm": [40, 40, 30], "centre_mm": [-30, 0, 0]}}],
+             "strokes": [{"operation": "cylinder", "name": "Other", "centre_mm": [30, 0, 0], "radius_mm": 20, "height_mm": 30}]})";
+  const fs::path file = scratch_ / "clay.argil";
+  ASSERT_EQ(argil({"sculpt", (scratch_ / "script.json").string(), "-o", file.string(), "--overwrite"}).code, 0);
+  RunningStudio studio(arguments({file.string()}), scratch_.path());
+  Person person(studio);
+  seesClay(person);
+  const double x = middleX(), y = middleY();
+  person.key("1");
+  (void)person.settled();
+  person.click(x + 110, y);
+  person.ready();
+  person.keyDown("ctrl");
+  person.click(x - 110, y);
+  person.keyUp("ctrl");
+  person.ready();
+  // The place of the one that was selected first, in its settings.
+  person.click(kPlaceX, kPlaceY);
+  person.click(kPlaceX, kPlaceY);
+  person.ready();
+  person.key("ctrl+a");
+  person.type("70");
+  person.key("enter");
+  offTheClay(person);
+  person.shot("typed-place");
+  person.key("ctrl+s");
+  (void)person.settled();
+  const engine::OpenedDocument saved = engine::openDocument(file);
+  const engine::Document& document = *saved.states[saved.done].document;
+  ASSERT_EQ(document.pieces.size(), 2u);
+  for (const engine::Piece& piece : document.pieces) {
+    const clay::BoxMm box = clay::boundsOf(piece.version);
+    const Vec3d middle = piece.pose.apply(Vec3d((box.low + box.high) / 2));
+    EXPECT_NEAR(middle.x(), piece.name == "Other" ? 70 : 10, 0.6) << piece.name;
+    EXPECT_NEAR(middle.y(), 0, 0.6) << piece.name;
+  }
+  person.key("ctrl+z");
+  (void)person.settled();
+  person.key("ctrl+s");
+  (void)person.settled();
+  const engine::OpenedDocument back = engine::openDocument(file);
+  for (const engine::Piece& piece : back.states[back.done].document->pieces)
+    EXPECT_NEAR(
+        (piece.pose.apply(Vec3d((clay::boundsOf(piece.version).low + clay::boundsOf(piece.version).high) / 2))).x(),
+        piece.name == "Other" ? 30 : -30, 0.6)
+        << "one step";
 }
 
 // The plane is seen with what goes, and moves by its arrow; Enter cuts.

@@ -345,6 +345,8 @@ void strokeAlongSelected(Context& c, Text) {
 void setGizmo(Context& c, Text mode) {
   const GizmoMode wanted = mode == "move" ? GizmoMode::move : mode == "rotate" ? GizmoMode::rotate : GizmoMode::scale;
   c.state.gizmo = c.state.gizmo == wanted ? GizmoMode::none : wanted;
+  // Handles stand on what is selected: where nothing is, on the piece that is worked on.
+  if (c.state.gizmo != GizmoMode::none && c.state.selection().empty()) c.state.selected = c.now.document->active;
 }
 bool isGizmo(const Context& c, Text mode) {
   return c.state.gizmo == (mode == "move" ? GizmoMode::move : mode == "rotate" ? GizmoMode::rotate : GizmoMode::scale);
