@@ -229,6 +229,39 @@ TEST_P(FirstHour, ACutByPlaneIsSeenBeforeItIsDone) {
   person.shot("plane-cut");
 }
 
+// What a dialog previews is seen while it is open: it stands beside the picture's middle and dims nothing.
+TEST_P(FirstHour, ADialogLeavesItsPreviewInSight) {
+  const std::string file = block();
+  RunningStudio studio(arguments({file}), scratch_.path());
+  Person person(studio);
+  seesClay(person);
+  offTheClay(person);
+  // The block spans 420 to 860 units; of it the left two thirds are in sight whatever a dialog is wide.
+  const auto seen = [](const render::Image& image) { return part(image, 400, 120, 780, 600); };
+  const auto orange = [](const render::Image& image) {
+    size_t count = 0;
+    for (int y = 0; y < image.height; y += 2)
+      for (int x = 0; x < image.width; x += 2) {
+        const uint8_t* p = image.pixel(x, y);
+        count += p[0] > 150 && p[0] > p[2] + 30;
+      }
+    return count;
+  };
+  const render::Image before = person.settled();
+  byPalette(person, "offset");
+  const render::Image offset = other(person, before, 0.02);
+  person.shot("preview-offset");
+  EXPECT_GT(double(orange(seen(offset))), 0.95 * double(orange(seen(before))));
+  EXPECT_GT(difference(seen(offset), seen(before)), 0.005) << "the grown block is shown";
+  person.key("escape");
+  (void)other(person, offset, 0.02);
+  byPalette(person, "cut with pegs");
+  const render::Image pegs = other(person, before, 0.02);
+  person.shot("preview-pegs");
+  EXPECT_GT(double(orange(seen(pegs))), 0.85 * double(orange(seen(before))));
+  EXPECT_GT(difference(seen(pegs), seen(before)), 0.005) << "pegs and plane are shown";
+}
+
 // Menus opened by the mouse or by a tap of Alt take arrows and Enter.
 TEST_P(FirstHour, MenusTakeArrowsAndEnter) {
   const std::string file = block();

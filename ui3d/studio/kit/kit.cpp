@@ -61,6 +61,7 @@ void outline(const ImVec2& a, const ImVec2& b) {
 }  // namespace
 
 void beginFrame() {
+  ImGui::GetStyle().Colors[ImGuiCol_ModalWindowDimBg].w = kDimming;
   escapeTaken = false;
   enterFor = nullptr;
 }
@@ -172,14 +173,15 @@ bool beginCard(const char* name, ImVec2 at, ImVec2 pivot, float width, float mos
   return open;
 }
 
-bool beginDialog(const char* name, const char* title, float width, float height, bool* open) {
+bool beginDialog(const char* name, const char* title, float width, float height, bool* open, float right) {
   if (!*open && !ImGui::IsPopupOpen(name)) return false;
   if (*open && !ImGui::IsPopupOpen(name)) ImGui::OpenPopup(name);
   const ImVec2 display = ImGui::GetIO().DisplaySize;
   const float wide = std::min(width, display.x - 16), most = display.y - 16;
   const float top = std::min(0.12f * display.y, display.y - 8 - std::min(height, most));  // Of one without a title.
-  ImGui::SetNextWindowPos({std::floor(display.x / 2), std::floor(title ? display.y / 2 : top)}, ImGuiCond_Always,
-                          {0.5f, title ? 0.5f : 0.0f});
+  ImGui::SetNextWindowPos({std::floor(right > 0 ? right : display.x / 2), std::floor(title ? display.y / 2 : top)},
+                          ImGuiCond_Always, {right > 0 ? 1.0f : 0.5f, title ? 0.5f : 0.0f});
+  if (right > 0) ImGui::GetStyle().Colors[ImGuiCol_ModalWindowDimBg].w = 0;
   if (height > 0)
     ImGui::SetNextWindowSize({wide, std::min(height, most)});
   else

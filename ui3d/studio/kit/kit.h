@@ -42,8 +42,8 @@ bool beginCard(const char* name, ImVec2 at, ImVec2 pivot, float width, float mos
 /// A window in the middle with everything behind it out of reach, `*open` becoming false by Escape or its cross. Call
 /// it in every frame, open or not; endDialog() only when it returns true. Height 0: as what is in it needs. Without a
 /// title a click outside closes it too. Enter presses its mainButton(), unless a text is being typed or a
-/// list is open.
-bool beginDialog(const char* name, const char* title, float width, float height, bool* open);
+/// list is open. `right` above 0: its right edge is there and the picture is not dimmed, so that what it shows is seen.
+bool beginDialog(const char* name, const char* title, float width, float height, bool* open, float right = 0);
 void end();
 void endCard();
 void endDialog(bool open);
