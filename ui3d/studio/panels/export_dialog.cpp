@@ -261,10 +261,9 @@ void drawExport(Context& context, Memory& memory) {
   const bool quads = std::any_of(choice.endings.begin(), choice.endings.end(),
                                  [](const std::string& ending) { return io::holdsTextures("a" + ending); });
   const size_t pieces = piecesOf(*context.now.document, options);
-  if (const size_t cad = cadFiles(choice); cad > 0 || (quads && options.quads)) {
-    const std::string takes = engine::sentence(engine::exportTime(options, pieces, quads, cad > 0, speedOf(memory)));
-    if (!takes.empty()) kit::fact("Takes", takes);
-  }
+  std::string takes;
+  if (const size_t cad = cadFiles(choice); cad > 0 || (quads && options.quads))
+    takes = engine::sentence(engine::exportTime(options, pieces, quads, cad > 0, speedOf(memory)));
   const std::string problem = problemOf(context, choice);
   if (!problem.empty()) kit::wrapped(problem, colours().warning);
   const std::vector<fs::path> files = filesOf(choice);
@@ -281,8 +280,15 @@ void drawExport(Context& context, Memory& memory) {
   }
   kit::gap(6);
   const std::string_view verb = asking ? "Write over" : "Export";
-  const float wide = 110;
-  ImGui::SetCursorPosX(ImGui::GetWindowContentRegionMax().x - 2 * wide - kGap);
+  const float wide = 110, buttons = ImGui::GetWindowContentRegionMax().x - 2 * wide - kGap;
+  // Beside the buttons: a row of its own would push them out of a low window.
+  if (const float y = ImGui::GetCursorPosY(); !takes.empty()) {
+    const float left = ImGui::GetCursorPosX();
+    ImGui::SetCursorPosY(y + std::floor((kRow - ImGui::GetTextLineHeight()) / 2));
+    kit::elided("Takes " + takes, buttons - left - kGap, colours().dim);
+    ImGui::SetCursorPosY(y);
+  }
+  ImGui::SetCursorPosX(buttons);
   if (kit::button("Cancel", kit::Weight::plain, wide)) open = false;
   ImGui::SameLine();
   ImGui::BeginDisabled(!problem.empty());
