@@ -18,6 +18,7 @@ using Kind = Event::Kind;
 constexpr float kClickUnits = 4;   // A press that moves less is a click.
 constexpr float kSizeUnits = 160;  // A drag so long makes the tool e times as large.
 constexpr float kZoomUnits = 30;   // A drag so long in the ring zooms as a click of the wheel.
+constexpr double kTapS = 0.6;      // A key that is down for longer was held.
 constexpr double kLongestMotionS = 0.1;
 // Of the hand of a simulated device, mm of the device: how far it stays above the clay, and how deep it pushes: 2 N at
 // the hand's stiffness of 0.5 N/mm.
@@ -125,6 +126,7 @@ bool SessionWindow::handleQuickly(const Event& event) {
 
 void SessionWindow::handle(const Event& event) {
   activeS_ = std::max(activeS_, event.timeS);
+  tapAlt(event);
   if (handleQuickly(event)) return;
   switch (event.kind) {
     case Kind::move:
@@ -188,6 +190,29 @@ void SessionWindow::handle(const Event& event) {
   }
   // A text field that a key opened has the keyboard in the third frame.
   uiSteps_ = event.kind == Kind::keyDown ? 3 : 2;
+}
+
+// Alt pressed and let go alone opens the menus, to be gone through by arrows, or closes them. Alt held turns the view
+// by a drag.
+void SessionWindow::tapAlt(const Event& event) {
+  switch (event.kind) {
+    case Kind::keyDown:
+      if (event.key != Key::alt || !event.repeat)
+        altS_ = event.key == Key::alt && held_.empty() && drag_ == Drag::none ? event.timeS : -1;
+      break;
+    case Kind::keyUp:
+      if (event.key != Key::alt) break;
+      if (altS_ >= 0 && event.timeS - altS_ < kTapS) panels_.turnMenus();
+      altS_ = -1;
+      break;
+    case Kind::press:
+    case Kind::wheel:
+    case Kind::focus:
+      altS_ = -1;
+      break;
+    default:
+      break;
+  }
 }
 
 // Ctrl or the eraser end of a pen turn the tool over, Shift makes it smooth. What cannot be turned over is smoothed

@@ -79,6 +79,7 @@ class SessionWindow {
   void move(const Event& event);
   void wheel(const Event& event);
   void key(const Event& event);
+  void tapAlt(const Event& event);
   bool sizing(const Event& event);
   void scaleTool(const Event& event);
   bool pressSize(const Event& event);
@@ -161,6 +162,7 @@ class SessionWindow {
   Vec3d pivot_ = Vec3d::Zero();
   double panDepthMm_ = 100;
   bool sizeKey_ = false, sizing_ = false, placing_ = false;
+  double altS_ = -1;          // When Alt went down, below 0 where something else came since then.
   bool sizeDragged_ = false;  // Since F went down: motions without a button size no longer.
   double sizeFromMm_ = 1;
   float sizeFromX_ = 0;

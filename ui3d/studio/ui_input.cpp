@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "ui3d/studio/kit/kit.h"
 #include "ui3d/studio/window.h"
 
 namespace argil::studio {
@@ -121,6 +122,7 @@ void UiInput::beginFrame(double seconds, float width, float height, float scale)
   io.DisplaySize = ImVec2(width, height);
   io.DisplayFramebufferScale = ImVec2(scale, scale);
   io.DeltaTime = float(std::clamp(seconds, 1e-4, kLongestFrameS));
+  kit::steerMenus();
   ImGui::NewFrame();
 }
 

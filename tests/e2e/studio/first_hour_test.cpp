@@ -4,11 +4,17 @@
 
 #include <cmath>
 #include <fstream>
+#include <numbers>
 
+#include "clay/whole/deform.h"
+#include "engine/saving/saved_document.h"
 #include "tests/e2e/hand/clay_on_screen.h"
 
 namespace argil::tests {
 namespace {
+
+// The first number of a place in the settings of Carve, while several pieces are selected, on the small screen.
+constexpr double kPlaceX = 236, kPlaceY = 500;
 
 class FirstHour : public ClayOnScreen {
  protected:
@@ -112,8 +118,7 @@ TEST_P(FirstHour, TScalesThePiece) {
   seesClay(person);
   const Saved before = saved();
   const double x = middleX(), y = middleY();
-  byPalette(person, "materials");  // Selects the piece that is worked on.
-  person.key("t");
+  person.key("t");  // Nothing is selected: the handles stand on the piece that is worked on.
   const render::Image handles = person.shot("scale-handles");
   // White squares on a ring of 50 units around the piece's middle.
   double best = 0;
@@ -133,6 +138,57 @@ TEST_P(FirstHour, TScalesThePiece) {
   const Saved now = otherClay(person, before);
   EXPECT_GT(now.volume, 2 * before.volume);
   EXPECT_EQ(now.steps, before.steps + 1);
+}
+
+// A click selects, Ctrl+click adds; a typed place moves all of them.
+TEST_P(FirstHour, ATypedPlaceMovesAllThatAreSelected) {
+  std::ofstream(scratch_ / "script.json")
+      << R"({"argil": 1, "units": "mm", "setup": [{"voxel_mm": 1}, {"block": {"size_mm": [40, 40, 30], "centre_mm": [-30, 0, 0]}}],
+             "strokes": [{"operation": "cylinder", "name": "Other", "centre_mm": [30, 0, 0], "radius_mm": 20, "height_mm": 30}]})";
+  const fs::path file = scratch_ / "clay.argil";
+  ASSERT_EQ(argil({"sculpt", (scratch_ / "script.json").string(), "-o", file.string(), "--overwrite"}).code, 0);
+  RunningStudio studio(arguments({file.string()}), scratch_.path());
+  Person person(studio);
+  seesClay(person);
+  const double x = middleX(), y = middleY();
+  person.key("1");
+  (void)person.settled();
+  person.click(x + 110, y);
+  person.ready();
+  person.keyDown("ctrl");
+  person.click(x - 110, y);
+  person.keyUp("ctrl");
+  person.ready();
+  // The place of the one that was selected first, in its settings.
+  person.click(kPlaceX, kPlaceY);
+  person.click(kPlaceX, kPlaceY);
+  person.ready();
+  person.key("ctrl+a");
+  person.type("70");
+  person.key("tab");  // As good as Enter.
+  offTheClay(person);
+  person.shot("typed-place");
+  person.key("ctrl+s");
+  (void)person.settled();
+  const engine::OpenedDocument saved = engine::openDocument(file);
+  const engine::Document& document = *saved.states[saved.done].document;
+  ASSERT_EQ(document.pieces.size(), 2u);
+  for (const engine::Piece& piece : document.pieces) {
+    const clay::BoxMm box = clay::boundsOf(piece.version);
+    const Vec3d middle = piece.pose.apply(Vec3d((box.low + box.high) / 2));
+    EXPECT_NEAR(middle.x(), piece.name == "Other" ? 70 : 10, 0.6) << piece.name;
+    EXPECT_NEAR(middle.y(), 0, 0.6) << piece.name;
+  }
+  person.key("ctrl+z");
+  (void)person.settled();
+  person.key("ctrl+s");
+  (void)person.settled();
+  const engine::OpenedDocument back = engine::openDocument(file);
+  for (const engine::Piece& piece : back.states[back.done].document->pieces)
+    EXPECT_NEAR(
+        (piece.pose.apply(Vec3d((clay::boundsOf(piece.version).low + clay::boundsOf(piece.version).high) / 2))).x(),
+        piece.name == "Other" ? 30 : -30, 0.6)
+        << "one step";
 }
 
 // The plane is seen with what goes, and moves by its arrow; Enter cuts.
@@ -171,6 +227,144 @@ TEST_P(FirstHour, ACutByPlaneIsSeenBeforeItIsDone) {
   const Saved now = otherClay(person, before);
   EXPECT_NEAR(now.volume, before.volume / 2, 0.03 * before.volume);
   person.shot("plane-cut");
+}
+
+// What a dialog previews is seen while it is open: it stands beside the picture's middle and dims nothing.
+TEST_P(FirstHour, ADialogLeavesItsPreviewInSight) {
+  const std::string file = block();
+  RunningStudio studio(arguments({file}), scratch_.path());
+  Person person(studio);
+  seesClay(person);
+  offTheClay(person);
+  // The block spans 420 to 860 units; of it the left two thirds are in sight whatever a dialog is wide.
+  const auto seen = [](const render::Image& image) { return part(image, 400, 120, 780, 600); };
+  const auto orange = [](const render::Image& image) {
+    size_t count = 0;
+    for (int y = 0; y < image.height; y += 2)
+      for (int x = 0; x < image.width; x += 2) {
+        const uint8_t* p = image.pixel(x, y);
+        count += p[0] > 150 && p[0] > p[2] + 30;
+      }
+    return count;
+  };
+  const render::Image before = person.settled();
+  byPalette(person, "offset");
+  const render::Image offset = other(person, before, 0.02);
+  person.shot("preview-offset");
+  EXPECT_GT(double(orange(seen(offset))), 0.95 * double(orange(seen(before))));
+  EXPECT_GT(difference(seen(offset), seen(before)), 0.005) << "the grown block is shown";
+  person.key("escape");
+  (void)other(person, offset, 0.02);
+  byPalette(person, "cut with pegs");
+  const render::Image pegs = other(person, before, 0.02);
+  person.shot("preview-pegs");
+  EXPECT_GT(double(orange(seen(pegs))), 0.85 * double(orange(seen(before))));
+  EXPECT_GT(difference(seen(pegs), seen(before)), 0.005) << "pegs and plane are shown";
+}
+
+// Menus opened by the mouse or by a tap of Alt take arrows and Enter.
+TEST_P(FirstHour, MenusTakeArrowsAndEnter) {
+  const std::string file = block();
+  RunningStudio studio(arguments({file}), scratch_.path());
+  Person person(studio);
+  seesClay(person);
+  const Saved begin = saved();
+  const double ball = std::numbers::pi / 6 * 60 * 60 * 60;
+  // Clay: "Add a block", "Add a ball". By the mouse the first arrow marks the first row.
+  offTheClay(person);
+  const render::Image closed = person.settled();
+  person.click(112, 14);
+  (void)other(person, closed, 0.005);
+  person.key("down");
+  person.ready();
+  person.key("down");
+  person.shot("menu-marked");
+  person.key("enter");
+  const Saved one = otherClay(person, begin);
+  EXPECT_NEAR(one.volume - begin.volume, ball, 0.02 * ball);
+  // By Alt: File, Edit, Clay with the first row marked. Left goes back.
+  offTheClay(person);
+  person.keyDown("alt");
+  person.keyUp("alt");
+  person.ready();
+  person.key("right");
+  person.ready();
+  person.key("right");
+  person.ready();
+  person.key("right");
+  person.ready();
+  person.key("left");
+  person.ready();
+  person.key("down");
+  person.shot("menu-by-alt");
+  person.key("enter");
+  const Saved two = otherClay(person, one);
+  // A ball again, twice as large beside more clay.
+  EXPECT_NEAR(two.volume - one.volume, 8 * ball, 0.02 * 8 * ball);
+  // Piece, the menu in it, and back: Join, of three pieces that stand apart, is asked about.
+  person.keyDown("alt");
+  person.keyUp("alt");
+  person.ready();
+  for (int i = 0; i < 3; ++i) {
+    person.key("right");
+    person.ready();
+  }
+  const render::Image piece = person.settled();
+  person.key("right");
+  const render::Image inner = other(person, piece, 0.003);
+  person.key("left");
+  EXPECT_LT(difference(other(person, inner, 0.003), piece), 0.003);
+  person.key("right");
+  (void)other(person, piece, 0.003);
+  person.key("enter");
+  (void)other(person, inner, 0.2);
+  person.shot("menu-join");
+  person.key("escape");
+  (void)person.settled();
+  // A second tap closes; Alt held for a drag turns the view and opens nothing.
+  offTheClay(person);
+  const render::Image bare = person.settled();
+  for (int i = 0; i < 2; ++i) {
+    person.keyDown("alt");
+    person.keyUp("alt");
+    person.ready();
+  }
+  EXPECT_LT(difference(person.settled(), bare), 0.002);
+  person.keyDown("alt");
+  person.drag({{middleX(), middleY()}, {middleX() + 60, middleY()}});
+  person.keyUp("alt");
+  const render::Image turned = other(person, bare, 0.02);
+  EXPECT_LT(difference(part(turned, 0, 0, 340, 300), part(bare, 0, 0, 340, 300)), 0.01) << "no menu";
+}
+
+// What is seen as a whole stays in the middle, whichever named view comes after which.
+TEST_P(FirstHour, ViewKeysTurnAboutTheMiddleOfWhatIsSeen) {
+  const std::string file = document(
+      R"({"voxel_mm": 1}, {"block": {"size_mm": [60, 60, 74], "centre_mm": [300, -200, 80], "round_mm": 20}})");
+  RunningStudio studio(arguments({file}), scratch_.path());
+  Person person(studio);
+  seesClay(person);
+  const auto middle = [](const render::Image& image) {
+    double sum = 0, count = 0;
+    for (int y = 80; y < 690; y += 2)
+      for (int x = 350; x < 1235; x += 2) {
+        const uint8_t* p = image.pixel(x, y);
+        if (p[0] > p[2] + 30) sum += x, ++count;
+      }
+    return count > 0 ? sum / count : 0;
+  };
+  for (const std::string first : {"0", "1", "3", "7", "ctrl+3"})
+    for (const std::string then : {"1", "3", "7"}) {
+      SCOPED_TRACE(first + " " + then);
+      person.key(first);
+      (void)person.settled();
+      person.key("home");
+      offTheClay(person);
+      EXPECT_NEAR(middle(person.settled()), middleX(), 12);
+      person.key(then);
+      (void)person.settled();
+      EXPECT_NEAR(middle(person.shot("view-" + first + "-" + then)), middleX(), 12);
+    }
 }
 
 INSTANTIATE_TEST_SUITE_P(Sizes, FirstHour, ::testing::Values(kSmallScreen), nameOf);

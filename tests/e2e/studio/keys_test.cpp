@@ -73,7 +73,13 @@ TEST_P(Keys, EveryOneInTheTableDoesSomethingWhereItIsOffered) {
     place(person, "plane", 40, 20);
   };
   // A message alone, such as what stands in the way, is no effect.
-  const auto look = [&] { return part(person.settled(), 0, 0, 1280, 540); };
+  const auto look = [&] {
+    render::Image seen = part(person.settled(), 0, 0, 1280, 690);  // Without the status line, and
+    for (int y = int(540 * at().scale); y < seen.height; ++y)      // right of the tools without messages.
+      for (int x = int(145 * at().scale); x < seen.width; ++x)
+        std::fill_n(seen.rgba.begin() + 4 * (size_t(y) * size_t(seen.width) + size_t(x)), 4, uint8_t(0));
+    return seen;
+  };
   const auto press = [&](const studio::Action& action, const std::string& keys) {
     const render::Image before = look();
     person.key(keys);

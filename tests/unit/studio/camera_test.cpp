@@ -227,6 +227,7 @@ TEST(Camera, AGlideGoesStraightAndTheHandEndsIt) {
   const Vec3d position = camera.view().position;
   EXPECT_FALSE(camera.tick(0.1));
   EXPECT_EQ(camera.view().position, position);
+  EXPECT_NEAR(camera.view().axes().forward.y(), -1, 1e-9) << "the wheel leaves no view half turned";
 }
 
 TEST(Camera, ProjectionAndOpeningKeepTheSizeAtTheTarget) {

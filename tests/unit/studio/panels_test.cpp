@@ -101,6 +101,10 @@ TEST(Panels, ANumberIsTypedAfterADoubleClick) {
   rig.key(ImGuiKey_Enter);
   EXPECT_DOUBLE_EQ(rig.state.tool().radiusMm, 7.25);
   rig.doubleClick(at);
+  rig.type("8");
+  rig.key(ImGuiKey_Tab);
+  EXPECT_DOUBLE_EQ(rig.state.tool().radiusMm, 8);
+  rig.doubleClick(at);
   rig.type("1e9");
   rig.key(ImGuiKey_Enter);
   EXPECT_DOUBLE_EQ(rig.state.tool().radiusMm, 1000);  // The most that the table allows.

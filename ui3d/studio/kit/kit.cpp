@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <set>
 
 #include "ui3d/studio/kit/icons.h"
 #include "ui3d/studio/kit/theme.h"
@@ -33,6 +34,10 @@ ImU32 ground(bool hovered, bool held) {
 }
 
 bool escapeTaken = false;               // In this frame, by something that stood over the dialogs.
+ImGuiID menuOnTop = 0;                  // The window of the menu that was drawn last.
+int menuStep = 0;                       // By which the open menu of the bar changes in this frame.
+bool menuMarks = false;                 // The first row of the menu on top is to be marked.
+std::set<ImGuiID> rowsWithMenus;        // Rows that open a menu of their own.
 const ImGuiWindow* enterFor = nullptr;  // The dialog whose main button Enter presses in this frame.
 
 bool keyPressed(ImGuiKey key) {
@@ -56,6 +61,7 @@ void outline(const ImVec2& a, const ImVec2& b) {
 }  // namespace
 
 void beginFrame() {
+  ImGui::GetStyle().Colors[ImGuiCol_ModalWindowDimBg].w = kDimming;
   escapeTaken = false;
   enterFor = nullptr;
 }
@@ -64,6 +70,74 @@ void takeEscape() {
 }
 bool escapeIsTaken() {
   return escapeTaken;
+}
+
+void steerMenus() {
+  ImGuiContext& g = *GImGui;
+  ImGuiIO& io = g.IO;
+  menuStep = 0;
+  const ImGuiWindow* top = g.OpenPopupStack.empty() ? nullptr : g.OpenPopupStack.back().Window;
+  // Panels and dialogs know no steps by keys: they are on for menus alone. Those of a gamepad, as ImGui's own keys lack
+  // Enter.
+  io.BackendFlags |= ImGuiBackendFlags_HasGamepad;
+  if (!top || !top->Active || (top->ID != menuOnTop && !(top->Flags & ImGuiWindowFlags_ChildMenu))) {
+    io.ConfigFlags &= ~ImGuiConfigFlags_NavEnableGamepad;
+    if (g.OpenPopupStack.empty()) menuMarks = false;
+    return;
+  }
+  io.ConfigFlags |= ImGuiConfigFlags_NavEnableGamepad;
+  const auto down = [&](ImGuiKey key) { return io.KeysDown[io.KeyMap[key]]; };
+  const auto pressed = [&](ImGuiKey key) { return down(key) && io.KeysDownDuration[io.KeyMap[key]] < 0; };
+  const bool across =
+      (top->Flags & ImGuiWindowFlags_ChildMenu) && (pressed(ImGuiKey_LeftArrow) || pressed(ImGuiKey_RightArrow));
+  const bool marked = !g.NavDisableHighlight && g.NavId != 0;
+  // The first arrow after a menu was opened by the mouse marks its first row.
+  const bool arrow = pressed(ImGuiKey_DownArrow) || pressed(ImGuiKey_UpArrow);
+  static bool swallows = false;  // The arrows, until they come up.
+  if (arrow && !marked && g.HoveredIdPreviousFrame != g.NavId) swallows = menuMarks = true;
+  if (menuMarks && g.NavWindow == top && g.NavId != 0) {
+    g.NavDisableHighlight = false;
+    g.NavDisableMouseHover = true;
+    menuMarks = false;
+  }
+  // Right goes into the marked row's own menu, else to the next one of the bar; Left out of a menu in a menu, else
+  // back.
+  const bool inner = g.OpenPopupStack.Size > 1, opens = marked && rowsWithMenus.contains(g.NavId);
+  if (across && pressed(ImGuiKey_RightArrow) && !opens) menuStep = 1;
+  if (across && pressed(ImGuiKey_LeftArrow) && !inner) menuStep = -1;
+  swallows |= menuStep != 0;
+  swallows &=
+      down(ImGuiKey_DownArrow) || down(ImGuiKey_UpArrow) || down(ImGuiKey_LeftArrow) || down(ImGuiKey_RightArrow);
+  if (swallows) return;
+  const auto send = [&](ImGuiNavInput input, bool on) { io.NavInputs[input] = on ? 1.0f : 0.0f; };
+  send(ImGuiNavInput_DpadUp, down(ImGuiKey_UpArrow));
+  send(ImGuiNavInput_DpadDown, down(ImGuiKey_DownArrow));
+  send(ImGuiNavInput_DpadLeft, inner && down(ImGuiKey_LeftArrow));
+  send(ImGuiNavInput_DpadRight, opens && down(ImGuiKey_RightArrow));
+  send(ImGuiNavInput_Activate, down(ImGuiKey_Enter) || down(ImGuiKey_Space));
+}
+
+int menuStepAcross() {
+  return menuStep;
+}
+
+void openMenu(const char* name) {
+  if (!GImGui->OpenPopupStack.empty()) ImGui::ClosePopupToLevel(0, false);
+  ImGui::OpenPopup(name);
+  menuMarks = true;
+}
+
+bool beginMenuInMenu(const char* name) {
+  rowsWithMenus.insert(ImGui::GetID(name));
+  return ImGui::BeginMenu(name);
+}
+
+void beginMenuRows() {
+  sharpen(*ImGui::GetWindowDrawList());
+  ImGuiWindow* window = ImGui::GetCurrentWindow();
+  menuOnTop = window->ID;
+  if (GImGui->BeginPopupStack.Size == 1) rowsWithMenus.clear();  // Rows of all menus of the bar have the same names.
+  if (menuMarks && GImGui->NavWindow == window && GImGui->NavId == 0) ImGui::NavInitWindow(window, true);
 }
 
 int arrowStep() {
@@ -99,14 +173,15 @@ bool beginCard(const char* name, ImVec2 at, ImVec2 pivot, float width, float mos
   return open;
 }
 
-bool beginDialog(const char* name, const char* title, float width, float height, bool* open) {
+bool beginDialog(const char* name, const char* title, float width, float height, bool* open, float right) {
   if (!*open && !ImGui::IsPopupOpen(name)) return false;
   if (*open && !ImGui::IsPopupOpen(name)) ImGui::OpenPopup(name);
   const ImVec2 display = ImGui::GetIO().DisplaySize;
   const float wide = std::min(width, display.x - 16), most = display.y - 16;
   const float top = std::min(0.12f * display.y, display.y - 8 - std::min(height, most));  // Of one without a title.
-  ImGui::SetNextWindowPos({std::floor(display.x / 2), std::floor(title ? display.y / 2 : top)}, ImGuiCond_Always,
-                          {0.5f, title ? 0.5f : 0.0f});
+  ImGui::SetNextWindowPos({std::floor(right > 0 ? right : display.x / 2), std::floor(title ? display.y / 2 : top)},
+                          ImGuiCond_Always, {right > 0 ? 1.0f : 0.5f, title ? 0.5f : 0.0f});
+  if (right > 0) ImGui::GetStyle().Colors[ImGuiCol_ModalWindowDimBg].w = 0;
   if (height > 0)
     ImGui::SetNextWindowSize({wide, std::min(height, most)});
   else

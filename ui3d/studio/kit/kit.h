@@ -23,6 +23,16 @@ void beginFrame();
 /// Escape is used up in this frame: no dialog closes by it.
 void takeEscape();
 [[nodiscard]] bool escapeIsTaken();
+/// Before ImGui::NewFrame(): while a menu is on top its rows take arrows, Enter and Space.
+void steerMenus();
+/// Within a menu that is being drawn, before its rows.
+void beginMenuRows();
+/// ImGui::BeginMenu() of a row within a menu.
+[[nodiscard]] bool beginMenuInMenu(const char* name);
+/// Opens a menu of the bar that is being drawn instead of the open one, with its first row marked.
+void openMenu(const char* name);
+/// 1: Right asks for the next menu of the bar in this frame; -1: Left for the one before; 0: neither.
+[[nodiscard]] int menuStepAcross();
 
 /// A window that fills a rectangle, without title and without moving. Always end() it.
 bool begin(const char* name, const Rect& rect, ImU32 ground, ImVec2 padding, ImGuiWindowFlags flags = 0);
@@ -32,8 +42,8 @@ bool beginCard(const char* name, ImVec2 at, ImVec2 pivot, float width, float mos
 /// A window in the middle with everything behind it out of reach, `*open` becoming false by Escape or its cross. Call
 /// it in every frame, open or not; endDialog() only when it returns true. Height 0: as what is in it needs. Without a
 /// title a click outside closes it too. Enter presses its mainButton(), unless a text is being typed or a
-/// list is open.
-bool beginDialog(const char* name, const char* title, float width, float height, bool* open);
+/// list is open. `right` above 0: its right edge is there and the picture is not dimmed, so that what it shows is seen.
+bool beginDialog(const char* name, const char* title, float width, float height, bool* open, float right = 0);
 void end();
 void endCard();
 void endDialog(bool open);

@@ -45,10 +45,11 @@ Change type(const Number& row, double& value, float width) {
   const bool entered = ImGui::InputText("##typed", &typing.text,
                                         ImGuiInputTextFlags_EnterReturnsTrue | ImGuiInputTextFlags_AutoSelectAll);
   ImGui::PopStyleVar();
-  const bool left = typing.begun && !ImGui::IsItemActive();
+  const bool left = typing.begun && (!ImGui::IsItemActive() || ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Tab)));
   if (ImGui::IsItemActive()) typing.begun = true;
   if (!entered && !left) return {};
   typing.id = 0;
+  if (ImGui::IsItemActive()) ImGui::ClearActiveID();  // Tab took the number: the field goes.
   const double typed = readNumber(typing.text);
   if (!std::isfinite(typed)) return {};
   const double next = row.open ? typed : std::clamp(typed, row.low, row.high);

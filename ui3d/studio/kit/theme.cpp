@@ -107,7 +107,7 @@ void setColours(const Colours& c) {
   set(ImGuiCol_TextSelectedBg, c.level);
   set(ImGuiCol_DragDropTarget, c.accent);
   set(ImGuiCol_NavHighlight, c.accent, 0);
-  set(ImGuiCol_ModalWindowDimBg, IM_COL32(0, 0, 0, 255), 0.35f);
+  set(ImGuiCol_ModalWindowDimBg, IM_COL32(0, 0, 0, 255), kDimming);
 }
 
 }  // namespace

@@ -49,10 +49,11 @@ void applyTheme(Theme theme, float scale);
 
 // Interface units.
 inline constexpr float kTextSize = 14.5f, kSmallSize = 13, kTitleSize = 24;
-inline constexpr float kRow = 28;   ///< Height of a row that can be pressed.
-inline constexpr float kGap = 6;    ///< Between rows.
-inline constexpr float kPad = 12;   ///< From a panel's edge to what is in it.
-inline constexpr float kRound = 5;  ///< Corners.
+inline constexpr float kRow = 28;         ///< Height of a row that can be pressed.
+inline constexpr float kGap = 6;          ///< Between rows.
+inline constexpr float kPad = 12;         ///< From a panel's edge to what is in it.
+inline constexpr float kRound = 5;        ///< Corners.
+inline constexpr float kDimming = 0.35f;  ///< Opacity of the black over everything behind a dialog.
 
 /// Pixels a unit, as applyTheme() was told.
 [[nodiscard]] float pixelScale();

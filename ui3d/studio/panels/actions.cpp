@@ -4,6 +4,7 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <initializer_list>
 
 #include "ui3d/studio/files/file_kinds.h"
 #include "ui3d/studio/files/new_clay.h"
@@ -345,6 +346,8 @@ void strokeAlongSelected(Context& c, Text) {
 void setGizmo(Context& c, Text mode) {
   const GizmoMode wanted = mode == "move" ? GizmoMode::move : mode == "rotate" ? GizmoMode::rotate : GizmoMode::scale;
   c.state.gizmo = c.state.gizmo == wanted ? GizmoMode::none : wanted;
+  // Handles stand on what is selected: where nothing is, on the piece that is worked on.
+  if (c.state.gizmo != GizmoMode::none && c.state.selection().empty()) c.state.selected = c.now.document->active;
 }
 bool isGizmo(const Context& c, Text mode) {
   return c.state.gizmo == (mode == "move" ? GizmoMode::move : mode == "rotate" ? GizmoMode::rotate : GizmoMode::scale);
@@ -543,11 +546,11 @@ void addWindowRows(std::vector<Action>& rows) {
 }
 
 // How well one typed word is met by a text: 0: not at all. Letters in order; beginnings of words and letters that
-// follow each other count more.
+// follow each other count more. 1 where some letter is neither: what somebody else calls so comes first.
 int match(Text typed, Text text) {
   int score = 1;
   size_t at = 0;
-  bool following = false;
+  bool following = false, scattered = false;
   for (const char letter : typed) {
     const auto wanted = std::tolower(static_cast<unsigned char>(letter));
     size_t best = Text::npos;
@@ -563,10 +566,11 @@ int match(Text typed, Text text) {
     if (best == Text::npos) return 0;
     const bool begins = best == 0 || text[best - 1] == ' ';
     score += (begins ? 8 : 0) + (following && best == at ? 6 : 0) + (best == 0 ? 4 : 0);
+    scattered |= !begins && !(following && best == at);
     at = best + 1;
     following = true;
   }
-  return score;
+  return scattered ? 1 : score;
 }
 
 char small(char letter) {
@@ -581,6 +585,20 @@ void eachWord(Text text, const What& what) {
     if (end > begin) what(text.substr(begin, end - begin));
     begin = end + 1;
   }
+}
+
+bool same(Text a, Text b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](char x, char y) { return small(x) == small(y); });
+}
+bool isOneOf(Text word, std::initializer_list<Text> words) {
+  return std::any_of(words.begin(), words.end(), [&](Text each) { return same(word, each); });
+}
+
+// How well a name is met: by a whole word of it twice as well as by its letters.
+int matchName(Text typed, Text name) {
+  bool whole = false;
+  eachWord(name, [&](Text word) { whole |= same(typed, word); });
+  return (whole ? 2 : 1) * match(typed, name);
 }
 
 // How well a typed word is met by one of the synonyms: by a whole one half as well as by a name, by a beginning a
@@ -667,24 +685,26 @@ const Action* findAction(std::string_view id) {
 }
 
 std::vector<const Action*> searchActions(std::string_view typed) {
+  const bool several = typed.find(' ') != Text::npos;
   std::vector<std::pair<double, const Action*>> found;
   for (const Action& action : actions()) {
     double score = 1;  // Of many words: a product that no integer holds.
     for (size_t begin = 0; begin < typed.size();) {
       const size_t end = std::min(typed.find(' ', begin), typed.size());
-      if (const Text word = typed.substr(begin, end - begin); !word.empty()) {
+      if (const Text word = typed.substr(begin, end - begin);
+          !word.empty() && !(several && isOneOf(word, {"a", "the", "to", "of", "by", "and"}))) {
         // A name counts four times a group; help counts only for a word that stands in it as it was typed.
         const int inHelp = word.size() >= 3 && Text(action.help).find(word) != Text::npos ? 2 : 0;
-        const int best = std::max(
-            {4 * match(word, action.name), match(word, action.group), matchSynonym(word, action.synonyms), inHelp});
+        // "Move brush" asks for a tool.
+        const int kind = several && isOneOf(word, {"brush", "tool"}) ? (action.id.starts_with("tool.") ? 100 : 1) : 0;
+        const int best = std::max({4 * matchName(word, action.name), match(word, action.group),
+                                   matchSynonym(word, action.synonyms), inHelp, kind});
         score = best == 0 ? 0 : score * best;
         if (score == 0) break;
       }
       begin = end + 1;
     }
-    const auto same = [](char a, char b) { return small(a) == small(b); };
-    if (std::equal(typed.begin(), typed.end(), action.name.begin(), action.name.end(), same))
-      score = HUGE_VAL;  // Its whole name.
+    if (!typed.empty() && same(typed, action.name)) score = HUGE_VAL;  // Its whole name.
     if (score > 0) found.emplace_back(score, &action);
   }
   std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });

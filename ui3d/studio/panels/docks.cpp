@@ -1,8 +1,10 @@
 // Menu, quick bar, the rail of panels on the right edge, status line.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include "engine/document/guide_table.h"
 #include "ui3d/studio/files/save_words.h"
@@ -17,6 +19,7 @@
 namespace argil::studio {
 namespace {
 
+constexpr std::array kMenus{"File", "Edit", "Clay", "Piece", "Tool", "Guides", "View", "Touch", "Window", "Help"};
 constexpr double kStrokeTold = 0.3;  // Seconds after its end a stroke that is still worked on is spoken of.
 
 // A thin line between groups of a bar.
@@ -46,8 +49,8 @@ void pieceMenu(Context& context) {
     if (job.group != group) {
       if (open) ImGui::EndMenu();
       group = job.group;
-      open = ImGui::BeginMenu(std::string(group).c_str());
-      if (open) kit::sharpen(*ImGui::GetWindowDrawList());
+      open = kit::beginMenuInMenu(std::string(group).c_str());
+      if (open) kit::beginMenuRows();
     }
     if (open) menuItem(context, *action);
   }
@@ -108,10 +111,17 @@ void drawMenu(Context& context, Memory& memory) {
              ImGuiWindowFlags_MenuBar | ImGuiWindowFlags_NoScrollbar);
   ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {14, 7});
   if (ImGui::BeginMenuBar()) {
+    if (std::exchange(memory.menuWished, false)) kit::openMenu(kMenus.front());
+    if (const int step = kit::menuStepAcross(); step != 0)
+      for (size_t i = 0; i < kMenus.size(); ++i)
+        if (ImGui::IsPopupOpen(kMenus[i])) {
+          kit::openMenu(kMenus[(i + kMenus.size() + size_t(step)) % kMenus.size()]);
+          break;
+        }
     ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {8, 8});
-    for (const char* group : {"File", "Edit", "Clay", "Piece", "Tool", "Guides", "View", "Touch", "Window", "Help"}) {
+    for (const char* group : kMenus) {
       if (!ImGui::BeginMenu(group)) continue;
-      kit::sharpen(*ImGui::GetWindowDrawList());
+      kit::beginMenuRows();
       if (std::string_view(group) == "Piece") pieceMenu(context);
       std::string prefix;
       for (const Action& action : actions()) {

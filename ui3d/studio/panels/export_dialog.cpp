@@ -5,6 +5,7 @@
 
 #include "clay/cage/cage_maker.h"
 #include "engine/models/cad_export.h"
+#include "engine/models/export_cost.h"
 #include "engine/models/export_presets.h"
 #include "io/cad/cad_body.h"
 #include "io/textured/textured_mesh.h"
@@ -178,6 +179,13 @@ engine::ModelExport optionsOf(const Context& context, const ExportChoice& choice
   return options;
 }
 
+// How many pieces go out.
+size_t piecesOf(const engine::Document& document, const engine::ModelExport& what) {
+  if (what.piece) return 1;
+  return size_t(std::count_if(document.pieces.begin(), document.pieces.end(),
+                              [&](const engine::Piece& each) { return each.visible || !what.visibleOnly; }));
+}
+
 // In the order in which they are offered: the first names the job.
 std::vector<fs::path> filesOf(const ExportChoice& choice) {
   std::vector<fs::path> files;
@@ -249,6 +257,13 @@ void drawExport(Context& context, Memory& memory) {
     if (!memory.files.isOpen()) memory.filesFor = FilesFor::none;
   }
 
+  const engine::ModelExport options = optionsOf(context, choice);
+  const bool quads = std::any_of(choice.endings.begin(), choice.endings.end(),
+                                 [](const std::string& ending) { return io::holdsTextures("a" + ending); });
+  const size_t pieces = piecesOf(*context.now.document, options);
+  std::string takes;
+  if (const size_t cad = cadFiles(choice); cad > 0 || (quads && options.quads))
+    takes = engine::sentence(engine::exportTime(options, pieces, quads, cad > 0, speedOf(memory)));
   const std::string problem = problemOf(context, choice);
   if (!problem.empty()) kit::wrapped(problem, colours().warning);
   const std::vector<fs::path> files = filesOf(choice);
@@ -265,8 +280,15 @@ void drawExport(Context& context, Memory& memory) {
   }
   kit::gap(6);
   const std::string_view verb = asking ? "Write over" : "Export";
-  const float wide = 110;
-  ImGui::SetCursorPosX(ImGui::GetWindowContentRegionMax().x - 2 * wide - kGap);
+  const float wide = 110, buttons = ImGui::GetWindowContentRegionMax().x - 2 * wide - kGap;
+  // Beside the buttons: a row of its own would push them out of a low window.
+  if (const float y = ImGui::GetCursorPosY(); !takes.empty()) {
+    const float left = ImGui::GetCursorPosX();
+    ImGui::SetCursorPosY(y + std::floor((kRow - ImGui::GetTextLineHeight()) / 2));
+    kit::elided("Takes " + takes, buttons - left - kGap, colours().dim);
+    ImGui::SetCursorPosY(y);
+  }
+  ImGui::SetCursorPosX(buttons);
   if (kit::button("Cancel", kit::Weight::plain, wide)) open = false;
   ImGui::SameLine();
   ImGui::BeginDisabled(!problem.empty());
@@ -276,7 +298,7 @@ void drawExport(Context& context, Memory& memory) {
     if (!there.empty() && !asking) {
       choice.existing = there;
     } else {
-      context.bench.exportTo(files, optionsOf(context, choice));
+      context.bench.exportTo(files, options);
       open = false;
     }
   }

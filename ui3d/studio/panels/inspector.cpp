@@ -137,11 +137,15 @@ void moveThing(Document& document, engine::Id id, const Vec3d& by) {
   }
 }
 
-// Where a thing is, to be read, dragged and typed.
+// Where a thing is, to be read, dragged and typed. What is selected besides goes along, as by the handles.
 void place(Context& context, const engine::Thing& thing, const Vec3d& atMm) {
   constexpr double kReachMm = 250;  // Of a drag over the bar, either way; typed places may be anywhere.
   static constexpr std::array<std::string_view, 3> kNames{"X", "Y", "Z"}, kIds{"place x", "place y", "place z"};
-  kit::dimText("Place of its middle");
+  std::vector<engine::Id> moved;
+  for (const engine::Id id : context.state.selection())
+    if (const engine::Thing* each = context.now.document->thing(id); each && !each->locked) moved.push_back(id);
+  const size_t along = moved.size() > 1 ? moved.size() - 1 : 0;
+  kit::dimText(along == 0 ? "Place of its middle" : "Place of its middle; the others move along");
   for (int axis = 0; axis < 3; ++axis) {
     double value = atMm[axis];
     const kit::Change change = kit::number({.id = kIds[size_t(axis)],
@@ -155,7 +159,10 @@ void place(Context& context, const engine::Thing& thing, const Vec3d& atMm) {
     if (change.changed) {
       const Vec3d by = (value - atMm[axis]) * Vec3d::Unit(axis);
       context.bench.edit(
-          "Move " + thing.name, [id = thing.id, by](Document& d) { moveThing(d, id, by); },
+          "Move " + thing.name + (along == 0 ? "" : " and " + std::to_string(along) + " more"),
+          [moved, by](Document& d) {
+            for (const engine::Id id : moved) moveThing(d, id, by);
+          },
           mergeKey("place", thing.id));
     }
     if (change.ended) context.bench.endMerge();

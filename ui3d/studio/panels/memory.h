@@ -218,6 +218,7 @@ struct Memory {
   uint64_t madeSeen = UINT64_MAX;  ///< Snapshot::madeCount of the thing that was selected last for being new.
   double releasedS = 0;            ///< When the hand ended the stroke that is in work.
   bool handCuts = false;
+  bool menuWished = false;               ///< The first menu is to be opened.
   double strokeFromS = 0;                ///< Of the hand's path, what was left to be worked on then.
   uint64_t refusedSeen = 0;              ///< Saves that failed, of those for which another name was offered.
   bool recoverOffered = false;           ///< Once after the start.

@@ -221,6 +221,9 @@ void Panels::forgetPictures() {
 bool Panels::letsThrough(const Context& context, const Shortcut& shortcut) {
   const Action* action = actionOf(shortcut, context.state);
   if (!action || GImGui->OpenPopupStack.empty()) return false;
+  // Rows are chosen by these.
+  if (shortcut.modifiers == 0 && (shortcut.key == Key(' ') || (shortcut.key >= Key::right && shortcut.key <= Key::up)))
+    return false;
   int dialogs = 0;
   for (const ImGuiPopupData& popup : GImGui->OpenPopupStack)
     dialogs += popup.Window && (popup.Window->Flags & ImGuiWindowFlags_Modal) ? 1 : 0;
@@ -231,6 +234,13 @@ bool Panels::letsThrough(const Context& context, const Shortcut& shortcut) {
   }
   ImGui::ClosePopupToLevel(0, true);
   return true;
+}
+
+void Panels::turnMenus() {
+  if (GImGui->OpenPopupStack.empty())
+    state_->menuWished = !state_->layout.menu.empty();
+  else if (!ImGui::GetTopMostPopupModal())
+    ImGui::ClosePopupToLevel(0, true);
 }
 
 bool Panels::moves() const {

@@ -35,6 +35,9 @@ class Panels {
   /// the key wants no menu; a dialog lets its own key through, by which it is closed, and what concerns the window
   /// alone. Between two frames.
   [[nodiscard]] bool letsThrough(const Context& context, const Shortcut& shortcut);
+  /// Opens the first menu; closes the menus where one is open. Nothing happens while a dialog is open. Between two
+  /// frames.
+  void turnMenus();
   /// Something changes by itself (progress, a plot, a message that will go, a tooltip that will come): draw again
   /// within a tenth of a second.
   [[nodiscard]] bool moves() const;

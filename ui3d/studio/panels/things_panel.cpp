@@ -88,7 +88,7 @@ void row(Context& context, Memory& memory, const Thing& thing, const float* colo
       memory.renameText = thing.name;
     }
     if (ImGui::BeginPopupContextItem("menu")) {
-      kit::sharpen(*ImGui::GetWindowDrawList());
+      kit::beginMenuRows();
       ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {14, 8});
       menu(context, memory, thing);
       ImGui::PopStyleVar();

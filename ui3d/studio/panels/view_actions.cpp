@@ -16,7 +16,8 @@ using Text = std::string_view;
 double aspect(const Context& c) {
   return freeAspect(layoutOf(c).free, c.width, c.height);
 }
-constexpr int kSightsAcross = 9;  // Rays that look for what is seen.
+constexpr int kSightsAcross = 9;      // Rays that look for what is seen.
+constexpr double kMarginOfAll = 0.1;  // Of the free part: what leaves it by less is seen as a whole.
 
 // The middle of what the picture shows beside the panels: of everything, where all of it is there, else of the surface
 // that is seen; the view's target where that is none.
@@ -25,16 +26,21 @@ Vec3d middleOfSeen(const Context& c) {
   const kit::Rect free = layoutOf(c).free;
   const render::Box box = c.renderer.bounds();
   if (box.empty()) return view.target;
+  // The box is larger than what is in it, and its near corners stand out most: they are taken at the depth of its
+  // middle, and may leave the free part by a tenth of it.
+  const Vec3d forward = view.axes().forward, centre = box.centre();
+  const double margin = kMarginOfAll * std::min(free.width(), free.height());
   const auto within = [&](const Vec3d& corner) {
-    const Vec3d at = view.project(corner, int(c.width), int(c.height));
-    return at.z() > 0 && at.x() >= double(free.left) && at.x() <= double(free.right) && at.y() >= double(free.top) &&
-           at.y() <= double(free.bottom);
+    const Vec3d flat = corner - forward.dot(corner - centre) * forward;
+    const Vec3d at = view.project(flat, int(c.width), int(c.height));
+    return at.z() > 0 && at.x() >= double(free.left) - margin && at.x() <= double(free.right) + margin &&
+           at.y() >= double(free.top) - margin && at.y() <= double(free.bottom) + margin;
   };
   bool all = true;
   for (int i = 0; i < 8; ++i)
     all = all &&
           within({(i & 1 ? box.max : box.min).x(), (i & 2 ? box.max : box.min).y(), (i & 4 ? box.max : box.min).z()});
-  if (all) return box.centre();
+  if (all) return centre;
   render::Box seen;
   for (int i = 0; i < kSightsAcross * kSightsAcross; ++i) {
     const float across = (float(i % kSightsAcross) + 0.5f) / kSightsAcross,

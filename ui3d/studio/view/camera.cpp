@@ -131,6 +131,7 @@ void Camera::pan(float dx, float dy, float height, double depthMm) {
 }
 
 void Camera::zoom(float clicks, const Vec3d& under) {
+  if (glide_ < 1) view_ = to_;  // A named view is not left half turned.
   glide_ = 1;
   const double factor = allowed(view_, std::pow(kZoomPerClick, -double(clicks)));
   view_.position = under + factor * (view_.position - under);
