@@ -224,15 +224,15 @@ Allowed allowedFor(std::string_view tool) {
   // Where two surfaces are farther apart than the band, going back is a switch.
   if (tool == "morph") return {2.2, 0.25};
   // Clay drawn out thinner than a voxel is there or not by where the voxels lie.
-  if (tool == "tug") return {0.45, 0.06};
-  if (tool == "twist") return {0.75, 0.03};
+  if (tool == "tug") return {0.45, 0.07};
+  if (tool == "twist") return {0.60, 0.03};
   // The first plane of the stroke lies on a bump that five voxels hold.
   if (tool == "scrape") return {0.55, 0.06};
   if (tool == "flatten") return {0.40, 0.03};
   // Walls of the image 2.5 voxels high are as steep as voxels can hold.
   if (tool == "emboss") return {0.55, 0.13};
   // The shape turns with the surface below its middle, which has edges of the stamps before.
-  if (tool == "stamp" || tool == "stamp_paint") return {1.9, 0.12};
+  if (tool == "stamp" || tool == "stamp_paint") return {0.80, 0.03};
   return {};
 }
 
