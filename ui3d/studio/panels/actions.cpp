@@ -594,11 +594,19 @@ bool isOneOf(Text word, std::initializer_list<Text> words) {
   return std::any_of(words.begin(), words.end(), [&](Text each) { return same(word, each); });
 }
 
-// How well a name is met: by a whole word of it twice as well as by its letters.
-int matchName(Text typed, Text name) {
+bool hasWord(Text name, Text typed) {
   bool whole = false;
   eachWord(name, [&](Text word) { whole |= same(typed, word); });
-  return (whole ? 2 : 1) * match(typed, name);
+  return whole;
+}
+
+// How well a name is met: from whichever word on that is best, by a whole word of it twice as well as by its letters.
+int matchName(Text typed, Text name) {
+  constexpr int kFirst = 4;  // What match() gives for a text's first letter.
+  int best = match(typed, name);
+  for (size_t at = name.find(' '); at != Text::npos; at = name.find(' ', at + 1))
+    best = std::max(best, match(typed, name.substr(at + 1)) - kFirst);
+  return (hasWord(name, typed) ? 2 : 1) * best;
 }
 
 // How well a typed word is met by one of the synonyms: by a whole one half as well as by a name, by a beginning a
@@ -692,7 +700,10 @@ std::vector<const Action*> searchActions(std::string_view typed) {
     for (size_t begin = 0; begin < typed.size();) {
       const size_t end = std::min(typed.find(' ', begin), typed.size());
       if (const Text word = typed.substr(begin, end - begin);
-          !word.empty() && !(several && isOneOf(word, {"a", "the", "to", "of", "by", "and"}))) {
+          several && isOneOf(word, {"a", "the", "to", "of", "by", "and"})) {
+        // Asked for by nobody, but part of some names.
+        if (hasWord(action.name, word)) score *= 4 * matchName(word, action.name);
+      } else if (!word.empty()) {
         // A name counts four times a group; help counts only for a word that stands in it as it was typed.
         const int inHelp = word.size() >= 3 && Text(action.help).find(word) != Text::npos ? 2 : 0;
         // "Move brush" asks for a tool.
