@@ -131,8 +131,7 @@ TEST(Level, WhatIsBuiltAgainHasNoPitsAtItsFoot) {
     }
   }
   double deepest = -1, highest = 0;
-  for (size_t i = 0; i < count.size(); ++i)
-    highest = std::max(highest, mesh.positions[i].norm() - kBall);
+  for (size_t i = 0; i < count.size(); ++i) highest = std::max(highest, mesh.positions[i].norm() - kBall);
   for (size_t i = 0; i < count.size(); ++i)
     deepest = std::max(deepest, (around[i] / count[i] - mesh.positions[i]).dot(normal[i].normalized()));
   std::printf("%.2f voxels high; the deepest vertex lies %.3f voxel below those around it\n", highest, deepest);
