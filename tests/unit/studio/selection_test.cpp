@@ -110,8 +110,8 @@ TEST_F(SeveralThings, AreHiddenCopiedIsolatedAndDeletedAsOneStep) {
   EXPECT_EQ(document().piece(head), nullptr);
   EXPECT_EQ(document().part(part), nullptr);
   EXPECT_EQ(document().guides.size(), guides);
-  // A frame later at the latest.
-  rig.until([&] { return rig.state.selection().empty(); }, "nothing that is gone is selected");
+  // Copies may be selected as late as this.
+  for (const Id id : rig.state.selection()) EXPECT_TRUE(id != head && id != part) << "nothing that is gone";
 }
 
 TEST_F(SeveralThings, AreThePiecesOfACombination) {
