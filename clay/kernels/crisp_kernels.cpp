@@ -48,8 +48,8 @@ constexpr float kStraight = 0.998f, kFlatFace = 0.9998f;
 // How much deeper than the cell's values two faces may be on the side where they are exact, in the mean (voxels): where
 // a rounding of two voxels may be and where none is.
 constexpr float kDeeper = 0.03f, kDeeperAtCrease = 0.08f;
-// What the cell's values may differ from the faces' field, voxels, on the side where that is exact: where the faces
-// explain the cell, and at all; and for each voxel that they are farther than kNear from the surface.
+// Limit by how much the cell's values may differ from the faces' field on the side where that is exact, voxels: where
+// the faces explain the cell, and at all; and for each voxel that they are farther than kNear from the surface.
 constexpr float kClose = 0.1f, kMisfit = 0.25f, kNear = 0.4f, kMisfitBeyond = 0.25f;
 // How far the mean of a cell's crossings may be from where its one face has them, voxels: beyond an edge distances are
 // too short, and what they say of the crossings is less so.

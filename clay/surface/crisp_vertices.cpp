@@ -163,7 +163,7 @@ class Suspects {
   [[nodiscard]] bool any() const { return any_; }
   [[nodiscard]] bool has(int cell) const { return (words_[cell >> 6] >> (cell & 63) & 1) != 0; }
 
-  // What they look at, and the cells beside them.
+  // Gives the cells that they, and the cells beside them, look at.
   [[nodiscard]] BrickSurroundings::Range range() const {
     BrickSurroundings::Range range;
     std::swap(range.low, range.high);

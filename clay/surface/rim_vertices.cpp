@@ -21,7 +21,7 @@ constexpr int kStepY = 20, kStepX = kVoxels * kStepY;
 
 // How far from a group's middle are cells whose planes a fit may start from.
 constexpr int kPlaneReach = 4;
-// The same from the middle of a large group, for the cells in it.
+// Reaches as far from any cell of a large group, counted from the group's middle.
 constexpr int kFarthestPlane = kPlaneReach + 2;
 // Planes of cells that bend by less than this (RMS, voxels), with a slope nearer to 1 than this, may start a fit.
 constexpr float kStartBend = 0.06f, kStartBlur = 0.12f;
@@ -32,7 +32,7 @@ constexpr float kForeign = 0.12f;
 constexpr int kLeastForeign = 3;
 // What another group's fit may leave of a cell's own voxels, voxels.
 constexpr float kBorrowed = 0.05f;
-// What a fit for a cell alone may leave: nothing else explains it, and the draft is off by more.
+// Limits what a fit for a cell alone may leave, voxels: nothing else explains it, and the draft is off by more.
 constexpr float kAloneWorst = 0.1f;
 // The cosine between the normals of faces that meet at 87°.
 constexpr float kAcuteCosine = -0.05f;

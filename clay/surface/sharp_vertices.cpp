@@ -49,6 +49,12 @@ class WithNeighbours {
   BlockCells rows_;
 };
 
+// The squared sine of 30°: the middle one of three vertices on creases that stands out of the others' plane by more is
+// on another face than the fourth vertex of the quad.
+constexpr float kOnFace = 0.25f;
+// The square of half a voxel: what stands out by less is on the others' face as well.
+constexpr float kOffFace = 0.25f;
+
 }  // namespace
 
 bool mayHoldCrease(const float* corners, const uint16_t* cells, int count) noexcept {
@@ -126,12 +132,6 @@ void sharpenVertices(Sampler& field, Coord brick, bool wantNormals, const Placed
   std::sort(out.sharp.begin(), out.sharp.begin() + static_cast<std::ptrdiff_t>(sharp));
   table.sharp = {out.sharp.data(), sharp};
 }
-
-// The squared sine of 30°: the middle one of three vertices on creases that stands out of the others' plane by more is
-// on another face than the fourth vertex of the quad.
-constexpr float kOnFace = 0.25f;
-// And by more than half a voxel, squared.
-constexpr float kOffFace = 0.25f;
 
 void splitAlongCreases(const std::array<VertexSource, 8>& sources, std::span<std::array<VertexRef, 4>> quads) {
   if (std::none_of(sources.begin(), sources.end(),

@@ -229,7 +229,7 @@ TEST_P(FirstHour, ACutByPlaneIsSeenBeforeItIsDone) {
   person.shot("plane-cut");
 }
 
-// What a dialog previews is seen while it is open: it stands beside the picture's middle and dims nothing.
+// A dialog leaves its preview in sight while it is open: it stands beside the picture's middle and dims nothing.
 TEST_P(FirstHour, ADialogLeavesItsPreviewInSight) {
   const std::string file = block();
   RunningStudio studio(arguments({file}), scratch_.path());
@@ -337,7 +337,7 @@ TEST_P(FirstHour, MenusTakeArrowsAndEnter) {
   EXPECT_LT(difference(part(turned, 0, 0, 340, 300), part(bare, 0, 0, 340, 300)), 0.01) << "no menu";
 }
 
-// What is seen as a whole stays in the middle, whichever named view comes after which.
+// A thing that is seen as a whole stays in the middle, whichever named view comes after which.
 TEST_P(FirstHour, ViewKeysTurnAboutTheMiddleOfWhatIsSeen) {
   const std::string file = document(
       R"({"voxel_mm": 1}, {"block": {"size_mm": [60, 60, 74], "centre_mm": [300, -200, 80], "round_mm": 20}})");

@@ -5,7 +5,7 @@
 namespace argil::engine {
 namespace {
 
-// What was measured lies between what is said: seconds of a ball and of a sculpted head on one machine.
+// Times that were measured lie between those that are said: seconds of a ball and of a sculpted head on one machine.
 TEST(ExportTime, HoldsWhatWasMeasured) {
   MachineSpeed machine;
   const double by = machine.dabMs(20, 3, 1.5) / 0.646;

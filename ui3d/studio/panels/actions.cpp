@@ -602,7 +602,7 @@ bool hasWord(Text name, Text typed) {
 
 // How well a name is met: from whichever word on that is best, by a whole word of it twice as well as by its letters.
 int matchName(Text typed, Text name) {
-  constexpr int kFirst = 4;  // What match() gives for a text's first letter.
+  constexpr int kFirst = 4;  // The share of a text's first letter in what match() gives.
   int best = match(typed, name);
   for (size_t at = name.find(' '); at != Text::npos; at = name.find(' ', at + 1))
     best = std::max(best, match(typed, name.substr(at + 1)) - kFirst);

@@ -137,7 +137,7 @@ void moveThing(Document& document, engine::Id id, const Vec3d& by) {
   }
 }
 
-// Where a thing is, to be read, dragged and typed. What is selected besides goes along, as by the handles.
+// Shows where a thing is, to be read, dragged and typed. Whatever else is selected goes along, as by the handles.
 void place(Context& context, const engine::Thing& thing, const Vec3d& atMm) {
   constexpr double kReachMm = 250;  // Of a drag over the bar, either way; typed places may be anywhere.
   static constexpr std::array<std::string_view, 3> kNames{"X", "Y", "Z"}, kIds{"place x", "place y", "place z"};

@@ -299,7 +299,7 @@ void followGrown(Context& context, const Operation& asked, bool valid) {
 void drawOperation(Context& context, Memory& memory) {
   Operation& operation = memory.operation;
   bool open = operation.row != nullptr;
-  // What is shown of the result stands in the middle of the picture: the dialog stands beside it.
+  // The preview of the result stands in the middle of the picture, the dialog beside it.
   const bool shows = open && (operation.row->growsMm || operation.row->id == "cut-pegs");
   const float right = shows ? memory.layout.free.right - kPad : 0;
   if (!kit::beginDialog("Operation", open ? operation.row->name.data() : "Operation", kWidth, 0, &open, right)) {

@@ -17,7 +17,7 @@ double aspect(const Context& c) {
   return freeAspect(layoutOf(c).free, c.width, c.height);
 }
 constexpr int kSightsAcross = 9;      // Rays that look for what is seen.
-constexpr double kMarginOfAll = 0.1;  // Of the free part: what leaves it by less is seen as a whole.
+constexpr double kMarginOfAll = 0.1;  // Share of the free part by which a thing seen whole may leave it.
 
 // The middle of what the picture shows beside the panels: of everything, where all of it is there, else of the surface
 // that is seen; the view's target where that is none.
