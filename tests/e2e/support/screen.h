@@ -56,6 +56,14 @@ class OnScreen : public ::testing::TestWithParam<Screen> {
     EXPECT_GT(difference(before, now), least);
     return now;
   }
+  /// The settled picture for which `holds` is true, or the last one looked at: messages fade and previews arrive after
+  /// the first picture that differs.
+  template <class Holds>
+  static render::Image until(const Person& person, const Holds& holds) {
+    render::Image now = person.settled();
+    for (int i = 0; i < 100 && !holds(now); ++i) now = person.settled();
+    return now;
+  }
   /// A part of a picture, interface units.
   static render::Image part(const render::Image& whole, double left, double top, double right, double bottom) {
     render::Image cut;
