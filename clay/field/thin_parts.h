@@ -29,6 +29,9 @@ struct ThinParts {
   uint64_t airVoxels = 0;   ///< Voxels of gaps that became clay.
   double airVolume = 0;     ///< Volume of those gaps, voxels³.
   double seamArea = 0;      ///< Area of faces that touched and were joined, voxels².
+  /// Least volume of clay that went because it was thinner than a voxel and lay between voxels, voxels³. Not in
+  /// clayVolume.
+  double betweenVoxels = 0;
 
   ThinParts& operator+=(const ThinParts& other) {
     clayVoxels += other.clayVoxels;
@@ -36,6 +39,7 @@ struct ThinParts {
     airVoxels += other.airVoxels;
     airVolume += other.airVolume;
     seamArea += other.seamArea;
+    betweenVoxels += other.betweenVoxels;
     return *this;
   }
 };
@@ -125,5 +129,65 @@ class ThinVoxels {
 /// Takes out of `bricks` what is thinner than kThinnest on both sides of the surface, with distances again beside it.
 /// Returns what went; `changed` gets the bricks that may have changed.
 ThinParts removeThin(Editor& editor, std::span<const Coord> bricks, std::vector<Coord>& changed);
+
+/// Distance to a clay at any place, voxels: by splines near the surface, where straight lines between voxels lose what
+/// a convex face bulges.
+[[nodiscard]] inline float bulgingDistance(Sampler& field, const Vec3d& voxel) {
+  constexpr float kNear = 2;  // voxels
+  const float straight = field.trilinear(voxel);
+  Vec3f slope;
+  return std::abs(straight) < kNear ? field.tricubic(voxel, slope) : straight;
+}
+
+/// Volume, voxels³, of the intersection of two solids in `bricks` that `editor`, made to hold it, does not hold: clay
+/// without a voxel near it that is inside, such as a cap that is lower than a voxel. Beside clay that is held nothing
+/// counts, so of a cap of one to two voxels, whose brim is lost too, it is less than what went. `a(voxel)`, `b(voxel)`:
+/// distances to both solids anywhere, in voxels, nearly linear along a voxel.
+template <class A, class B>
+[[nodiscard]] double volumeBetweenVoxels(const Editor& editor, std::span<const Coord> bricks, const A& a, const B& b) {
+  constexpr double kFar = 1.5;  // voxels: the surfaces of what is thinner than a voxel are nearer
+  constexpr int kLines = 4;     // across a voxel, each way
+  Sampler field(editor);
+  const auto isHeld = [&](Coord cell) {
+    for (int i = 0; i < 64; ++i)
+      if (field.voxel(cell + Coord{(i >> 4) - 1, ((i >> 2) & 3) - 1, (i & 3) - 1}) < 0) return true;
+    return false;
+  };
+  const auto isNear = [](double distance) { return distance > -kFar && distance < 1; };
+  double volume = 0;
+  for (const Coord brick : bricks) {
+    for (int v = 0; v < kBrickVoxels; ++v) {
+      const Coord cell = brick * kBrickEdge + Coord{v >> 6, (v >> 3) & 7, v & 7};
+      if (field.voxel(cell) < 0) continue;
+      const Vec3d first = cell.toVec3d(), middle = first + Vec3d::Constant(0.5);
+      if (!isNear(a(middle)) || !isNear(b(middle)) || isHeld(cell)) continue;
+      // Along the axis that is nearest to square to b both are linear, so what is inside of both is a part of a line.
+      Vec3d slope;
+      for (int axis = 0; axis < 3; ++axis)
+        slope[axis] = std::abs(b(middle + 0.5 * Vec3d::Unit(axis)) - b(middle - 0.5 * Vec3d::Unit(axis)));
+      int along = 0;
+      slope.maxCoeff(&along);
+      const Vec3d step = Vec3d::Unit(along), right = Vec3d::Unit((along + 1) % 3), up = Vec3d::Unit((along + 2) % 3);
+      for (int line = 0; line < kLines * kLines; ++line) {
+        const Vec3d from = first + ((line / kLines + 0.5) * right + (line % kLines + 0.5) * up) / kLines,
+                    to = from + step;
+        double begin = 0, end = 1;
+        const auto clip = [&](double low, double high) {
+          if (low >= 0 && high >= 0) end = 0;
+          if ((low < 0) == (high < 0)) return;
+          const double zero = low / (low - high);
+          if (low < 0)
+            end = std::min(end, zero);
+          else
+            begin = std::max(begin, zero);
+        };
+        clip(a(from), a(to));
+        clip(b(from), b(to));
+        volume += std::max(end - begin, 0.0) / (kLines * kLines);
+      }
+    }
+  }
+  return volume;
+}
 
 }  // namespace argil::clay

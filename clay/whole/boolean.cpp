@@ -116,6 +116,18 @@ class Combiner {
     fallen_.erase(std::unique(fallen_.begin(), fallen_.end()), fallen_.end());
     return std::exchange(fallen_, {});
   }
+  /// Volume of what is in the intersection and in no voxel, voxels³, but for faces that face each other: of a cut or an
+  /// intersection.
+  [[nodiscard]] double volumeBetween() {
+    return volumeBetweenVoxels(
+        editor_, creases_,
+        [&](const Vec3d& p) {
+          const Coord voxel{int(std::floor(p.x())), int(std::floor(p.y())), int(std::floor(p.z()))};
+          return !facing_.empty() && facing_.holds(voxel) ? double(kHiding)
+                                                          : double(turned(turnA_, bulgingDistance(fieldA_, p)));
+        },
+        [&](const Vec3d& p) { return double(turned(turnB_, bulgingDistance(fieldB_, p))); });
+  }
   /// Voxels where both surfaces face each other.
   [[nodiscard]] const ThinVoxels& facing() const { return facing_; }
   /// Where there are channels: bricks in which both clays have a band.
@@ -420,6 +432,7 @@ Version combineOnGrid(const Version& a, const Version& b, Combination how, float
     changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
     std::erase_if(changed, [&](Coord c) { return !editor.find(c).brick(); });
     limitSlopes(editor, changed, threads, part.part(0.9, 0.98));
+    if (gone != nullptr && how != Combination::join) gone->betweenVoxels += combiner.volumeBetween();
   }
   if (ChannelSource::any(a) || ChannelSource::any(b)) {
     changed.insert(changed.end(), combiner.met().begin(), combiner.met().end());

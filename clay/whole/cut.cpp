@@ -67,6 +67,10 @@ class Cutter {
     ends_.erase(std::unique(ends_.begin(), ends_.end()), ends_.end());
     std::erase_if(ends_, [&](Coord each) { return !editor_.find(each).brick(); });
     limitSlopes(editor_, ends_, threads_, part.part(0.8, 1));
+    if (gone_ != nullptr)
+      gone_->betweenVoxels += volumeBetweenVoxels(
+          editor_, cutBricks_, [&](const Vec3d& p) { return double(bulgingDistance(field, p)); },
+          [&](const Vec3d& p) { return distance(p); });
     keepChannels(editor_, version_);
     return editor_.commit();
   }

@@ -55,9 +55,15 @@ PieceResult cutBy(const Piece& piece, const clay::Divider& divider, int keep, bo
   clay::ThinParts gone;
   const auto part = [&](bool first, const std::shared_ptr<clay::Store>& store) {
     clay::Version version = clay::cut(piece.version, divider, first, store, job, 0, &gone);
-    if (version.stats().bricks == 0)
-      throw Error(fmt::format("nothing of {} lies on {} side of the cut: move the cut", piece.name,
-                              keep == 0 ? "one" : "that"));
+    if (version.stats().bricks == 0) {
+      const char* side = keep == 0 ? "one" : "that";
+      if (gone.betweenVoxels >= kLeastBetween)
+        throw Error(
+            fmt::format("what lies of {} on {} side of the cut is thinner than a voxel ({:.3g} mm): move the "
+                        "cut, or make the voxels finer",
+                        piece.name, side, piece.version.grid().voxelMm));
+      throw Error(fmt::format("nothing of {} lies on {} side of the cut: move the cut", piece.name, side));
+    }
     return version;
   };
   const bool first = (keep >= 0) == oneIsFirst;

@@ -29,6 +29,11 @@ void addThinNotes(std::vector<std::string>& notes, const Piece& piece, const cla
   if (gone.clayVoxels > 0)
     notes.push_back(fmt::format("{}: clay {} was removed: {} voxels, {}.", piece.name, thin, gone.clayVoxels,
                                 volumeWords(gone.clayVolume * voxel3)));
+  if (gone.betweenVoxels >= kLeastBetween)
+    notes.push_back(
+        fmt::format("{}: at least {} of clay thinner than a voxel ({:.3g} mm) was lost beside the cut; finer "
+                    "voxels keep it.",
+                    piece.name, volumeWords(gone.betweenVoxels * voxel3), voxel));
 }
 
 }  // namespace argil::engine

@@ -9,6 +9,9 @@
 
 namespace argil::engine {
 
+/// Voxels³ of clay between voxels that are told of: less lies in sharp edges.
+inline constexpr double kLeastBetween = 0.5;
+
 /// Adds a sentence for each kind of what went from `piece`, whose voxels the result has; none where nothing did.
 void addThinNotes(std::vector<std::string>& notes, const Piece& piece, const clay::ThinParts& gone);
 

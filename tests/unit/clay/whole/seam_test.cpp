@@ -55,6 +55,38 @@ TEST(Seam, BlockCutInTwoIsWholeAgain) {
   expectOneBody(rejoined(small, PlaneDivider(Vec3d::Zero(), {0, 0, 1})), 600, 1000);
 }
 
+// A cap that is lower than a voxel holds no voxel: its volume is told (a spherical cap, πh²(3r − h)/3).
+TEST(Seam, CapsThatNoVoxelHoldsAreTold) {
+  for (const double voxel : {1.0, 0.5}) {
+    const double radius = 12 * voxel;
+    for (const double height : {0.9, 0.7, 0.4, 0.15}) {
+      SCOPED_TRACE(::testing::Message() << voxel << " mm, " << height << " voxels high");
+      const double h = height * voxel;
+      // The cut lies on voxels; a block beside the ball has a half on either side.
+      const Version ball = makeSphere(Store::make(), gridOf(voxel), {0, 0, h - radius}, radius),
+                    block = makeBlock(Store::make(), gridOf(voxel), {40 * voxel, 0, 0}, Vec3d::Constant(20 * voxel), 0),
+                    both = combine(ball, block, Combination::join);
+      ThinParts gone;
+      const Version upper = cut(both, PlaneDivider(Vec3d::Zero(), {0, 0, 1}), false, Store::make(), nullptr, 0, &gone);
+      EXPECT_EQ(bodyVolumes(upper).size(), 1u);
+      const double cap = std::numbers::pi * h * h * (3 * radius - h) / 3;
+      EXPECT_NEAR(gone.betweenVoxels * std::pow(voxel, 3) / cap, 1, 0.05);
+      ThinParts below;
+      (void)cut(both, PlaneDivider(Vec3d::Zero(), {0, 0, 1}), true, Store::make(), nullptr, 0, &below);
+      EXPECT_EQ(below.betweenVoxels, 0);
+    }
+    // Of a higher one never more than what went.
+    for (const double height : {1.2, 1.5, 2.5, 4.0}) {
+      const double h = height * voxel;
+      ThinParts gone;
+      const Version held = cut(makeSphere(Store::make(), gridOf(voxel), {0, 0, h - radius}, radius),
+                               PlaneDivider(Vec3d::Zero(), {0, 0, 1}), false, Store::make(), nullptr, 0, &gone);
+      const double cap = std::numbers::pi * h * h * (3 * radius - h) / 3;
+      EXPECT_LE(gone.betweenVoxels * std::pow(voxel, 3), 1.02 * (cap - measured(held).volume)) << height;
+    }
+  }
+}
+
 TEST(Seam, CurveCutIsWholeAgain) {
   for (const double voxel : {1.0, 0.5, 0.25}) {
     const Version block = makeBlock(Store::make(), gridOf(voxel, {0.1, 0.2, 0.3}), Vec3d::Zero(), {20, 16, 12}, 0);
