@@ -266,6 +266,7 @@ class Placement {
     Suspect& s = suspects_[count_++];
     s.vertex = vertex, s.cell = cell, s.edges = edges;
     s.kinked = s.curved = false, s.explained = true;
+    s.share = 1;
     s.found.kind = CreaseVertex::Kind::none;
     if (count_ == suspects_.size()) place();
   }
@@ -288,6 +289,7 @@ class Placement {
     uint16_t cell;  // x·64 + y·8 + z
     uint16_t edges;
     bool kinked, curved, explained;
+    float share;  // of the crease
     CreaseVertex found;
   };
 
@@ -301,8 +303,9 @@ class Placement {
       if (isHard(s)) hard_.set(s.cell);
       if (found.kind == CreaseVertex::Kind::none) continue;
       if (curvedAlone_ && (!s.curved || found.kind != CreaseVertex::Kind::edge)) continue;
-      brick_.positions[s.vertex] = found.position;
-      if (found.kind != CreaseVertex::Kind::face) onCrease_.set(s.vertex);
+      if (s.share <= 0) continue;
+      brick_.positions[s.vertex] += s.share * (found.position - brick_.positions[s.vertex]);
+      if (s.share >= 1 && found.kind != CreaseVertex::Kind::face) onCrease_.set(s.vertex);
       if (wantNormals_) brick_.normals[s.vertex] = found.packedNormal();
     }
     count_ = 0;
@@ -401,6 +404,7 @@ class Placement {
         s.found.normal = at(found.normal);
         s.curved = has(found.curved);
         s.explained = has(found.explained);
+        s.share = found.share[k];
         if (s.kinked && s.found.kind == CreaseVertex::Kind::face) markPassed(s, at(found.crease));
       } else if (has(found.third)) {
         s.found = byThreeFaces(s, *cells_.rule[k], {cells_.plane[k], static_cast<size_t>(cells_.planes[k])});
