@@ -130,9 +130,9 @@ class ThinVoxels {
 /// Returns what went; `changed` gets the bricks that may have changed.
 ThinParts removeThin(Editor& editor, std::span<const Coord> bricks, std::vector<Coord>& changed);
 
-/// Distance to a clay at any place, voxels: by splines near the surface, where straight lines between voxels lose what
-/// a convex face bulges.
-[[nodiscard]] inline float bulgingDistance(Sampler& field, const Vec3d& voxel) {
+/// Distance to a clay at any place, voxels: by splines near the surface, as straight lines between voxels cut off what
+/// convex faces curve.
+[[nodiscard]] inline float splineDistance(Sampler& field, const Vec3d& voxel) {
   constexpr float kNear = 2;  // voxels
   const float straight = field.trilinear(voxel);
   Vec3f slope;

@@ -124,9 +124,9 @@ class Combiner {
         [&](const Vec3d& p) {
           const Coord voxel{int(std::floor(p.x())), int(std::floor(p.y())), int(std::floor(p.z()))};
           return !facing_.empty() && facing_.holds(voxel) ? double(kHiding)
-                                                          : double(turned(turnA_, bulgingDistance(fieldA_, p)));
+                                                          : double(turned(turnA_, splineDistance(fieldA_, p)));
         },
-        [&](const Vec3d& p) { return double(turned(turnB_, bulgingDistance(fieldB_, p))); });
+        [&](const Vec3d& p) { return double(turned(turnB_, splineDistance(fieldB_, p))); });
   }
   /// Voxels where both surfaces face each other.
   [[nodiscard]] const ThinVoxels& facing() const { return facing_; }

@@ -69,7 +69,7 @@ class Cutter {
     limitSlopes(editor_, ends_, threads_, part.part(0.8, 1));
     if (gone_ != nullptr)
       gone_->betweenVoxels += volumeBetweenVoxels(
-          editor_, cutBricks_, [&](const Vec3d& p) { return double(bulgingDistance(field, p)); },
+          editor_, cutBricks_, [&](const Vec3d& p) { return double(splineDistance(field, p)); },
           [&](const Vec3d& p) { return distance(p); });
     keepChannels(editor_, version_);
     return editor_.commit();

@@ -59,7 +59,7 @@ PieceResult cutBy(const Piece& piece, const clay::Divider& divider, int keep, bo
       const char* side = keep == 0 ? "one" : "that";
       if (gone.betweenVoxels >= kLeastBetween)
         throw Error(
-            fmt::format("what lies of {} on {} side of the cut is thinner than a voxel ({:.3g} mm): move the "
+            fmt::format("what {} has on {} side of the cut is thinner than a voxel ({:.3g} mm): move the "
                         "cut, or make the voxels finer",
                         piece.name, side, piece.version.grid().voxelMm));
       throw Error(fmt::format("nothing of {} lies on {} side of the cut: move the cut", piece.name, side));
