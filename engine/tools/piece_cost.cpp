@@ -285,6 +285,7 @@ constexpr std::array kRates{
     Rate{"bend", bent, 205, 0, 6.5},
     Rate{"twist", twisted, 187, 0, 175},
     Rate{"taper", tapered, 247, 0, 3.4},
+    Rate{"stretch", same, 267, 0, 0},
     Rate{"lattice", same, 267, 0, 0},
     Rate{"cylinder", cylinder, 0, 13.3, 0},
     Rate{"cone", cone, 0, 21, 0},

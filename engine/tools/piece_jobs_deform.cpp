@@ -198,6 +198,22 @@ constexpr std::array kLattice{
     countRow<2>({.id = "points-z", .name = "Points z", .help = "Control points along z.", .unit = ""}),
 };
 
+// A little less than clay::kMostStretch, so that rounding refuses nothing.
+constexpr double kLeastPercent = 13, kMostPercent = 790;
+static_assert(kMostPercent < 100 * clay::kMostStretch && kLeastPercent > 100 / clay::kMostStretch);
+constexpr std::array kStretch{
+    valueRow<&ScaleValues::percent>({
+        .id = "length",
+        .name = "Length",
+        .help = "Of the length that it has: 200 makes it twice as long square to the plane.",
+        .unit = "%",
+        .low = kLeastPercent,
+        .high = kMostPercent,
+        .standard = 100,
+        .logarithmic = true,
+    }),
+};
+
 int axisOf(const PieceArguments& arguments) {
   return std::clamp(arguments.get<AlongValues>().axis - 1, 0, 2);
 }
@@ -256,6 +272,25 @@ PieceResult lattice(const Document& document, const PieceArguments& arguments, J
                             arguments.pointsMm.size(), box.points().size()));
   for (size_t i = 0; i < box.points().size(); ++i) box.setPoint(i, piece.pose.applyInverse(arguments.pointsMm[i]));
   return deformed(piece, box, job);
+}
+
+// A lattice of its corners alone is an affine map.
+PieceResult stretch(const Document& document, const PieceArguments& arguments, Job* job) {
+  const Piece& piece = theFirst(document, arguments);
+  requireClay(piece);
+  const double more = arguments.get<ScaleValues>().percent / 100 - 1;
+  if (more == 0) return {};
+  const Vec3d about = piece.pose.applyInverse(arguments.plane.pointMm),
+              along = (piece.pose.rotation.conjugate() * arguments.plane.normal).normalized();
+  clay::Lattice box = clay::Lattice::around(clay::brickBoundsOf(piece.version), {2, 2, 2});
+  for (size_t i = 0; i < box.points().size(); ++i) {
+    const Vec3d p = box.restPoint(i);
+    box.setPoint(i, p + more * along.dot(p - about) * along);
+  }
+  PieceResult result = deformed(piece, box, job);
+  result.notes.push_back(fmt::format("{}: {:.4g} times as long, with voxels of {:.4g} mm as before.", piece.name,
+                                     1 + more, piece.version.grid().voxelMm));
+  return result;
 }
 
 // New pieces, about the world's origin
@@ -472,6 +507,16 @@ constexpr std::array kRows{
         .group = "Deform",
         .parameters = kTaper,
         .run = taper,
+    },
+    PieceJob{
+        .id = "stretch",
+        .name = "Stretch",
+        .help = "Makes the piece longer or shorter square to a plane, which stays where it is.",
+        .doing = "Stretching",
+        .group = "Deform",
+        .takesPlane = true,
+        .parameters = kStretch,
+        .run = stretch,
     },
     PieceJob{
         .id = "lattice",

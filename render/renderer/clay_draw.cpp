@@ -33,19 +33,24 @@ struct Model::Local {
   double grown = 0;              // what is drawn may stand so far out of its chunk
   bool perspective = true, backsSeen = false;
 
-  Local(const Sight& sight, const PieceLook& look, double scaleMm, const Vec3d& originMm) {
+  // Depths along `forward` and distances of sides are the world's, over `unitMm`.
+  Local(const Sight& sight, const PieceLook& look, double unitMm, const Vec3d& originMm) {
     const Eigen::Quaterniond back = look.rotation.conjugate();
-    eye = (back * (sight.eye - look.translationMm) - originMm) / scaleMm;
-    forward = back * sight.forward;
-    for (const FramePlan::Side& side : sight.sides) sides.push_back({back * side.normal, side.offset / scaleMm});
-    for (const auto& [place, ahead] : sight.eyes) {
-      eyes.emplace_back((back * (place - look.translationMm) - originMm) / scaleMm, back * ahead);
-      reach = std::max(reach, (eyes.back().first - eye).norm());
+    const auto place = [&](const Vec3d& world) {
+      return Vec3d((back * (world - look.translationMm).cwiseQuotient(look.scale) - originMm) / unitMm);
+    };
+    eye = place(sight.eye);
+    forward = back * sight.forward.cwiseProduct(look.scale);
+    for (const FramePlan::Side& side : sight.sides)
+      sides.push_back({back * side.normal.cwiseProduct(look.scale), side.offset / unitMm});
+    for (const auto& [at, ahead] : sight.eyes) {
+      eyes.emplace_back(place(at), (back * ahead.cwiseQuotient(look.scale)).normalized());
+      reach = std::max(reach, (at - sight.eye).norm() / unitMm);
     }
-    detail = sight.detailPixels * sight.mmPerPixel / (sight.perspective ? 1 : scaleMm);
+    detail = sight.detailPixels * sight.mmPerPixel / (sight.perspective ? 1 : unitMm) / look.scale.maxCoeff();
     perspective = sight.perspective;
     backsSeen = sight.backsSeen;
-    grown = look.grownMm / scaleMm;
+    grown = look.grownMm / unitMm;
   }
 
   [[nodiscard]] bool outside(const Vec3d& min, const Vec3d& max) const {
@@ -59,7 +64,8 @@ struct Model::Local {
   [[nodiscard]] int level(const ChunkDraw& draw) const {
     const Vec3d half = 0.5 * (draw.max - draw.min);
     const double nearest =
-        perspective ? forward.dot(draw.min + half - eye) - forward.cwiseAbs().dot(half) - reach - grown : 1;
+        perspective ? forward.dot(draw.min + half - eye) - forward.cwiseAbs().dot(half) - reach - grown * forward.norm()
+                    : 1;
     const double group = detail * nearest;
     int level = kLevels - 1;
     while (level > 0 && group < kGroupCells[size_t(level)]) --level;
@@ -76,9 +82,8 @@ struct Model::Local {
 };
 
 Model::Local Model::toLocal(const Piece& piece, const PieceLook& look, const Sight& sight) const {
-  return piece.clay
-             ? Local(sight, look, piece.clay->grid().voxelMm * look.scale, piece.clay->grid().originMm * look.scale)
-             : Local(sight, look, look.scale, Vec3d::Zero());
+  return piece.clay ? Local(sight, look, piece.clay->grid().voxelMm, piece.clay->grid().originMm)
+                    : Local(sight, look, 1, Vec3d::Zero());
 }
 
 std::vector<Model::Wish> Model::wishesOf(const Sight& sight) {
@@ -213,20 +218,19 @@ void Model::draw(VkCommandBuffer commands, VkPipelineLayout layout, const Sight&
 }
 
 PieceConstants Model::constants(const Piece& piece, const PieceLook& look, const Sight& sight) const {
-  const double unit = look.scale * piece.unitMm();
-  const Vec3d origin = look.scale * piece.originMm();
+  const double unit = piece.unitMm();
+  const Vec3d origin = piece.originMm();
   const Eigen::Quaterniond& turn = look.rotation;
   // The point of the piece's box nearest to the eye: differences to it fit 32 bits, and what is near keeps its digits.
-  Box box = piece.clay ? piece.clay->looseBounds() : piece.part->bounds();
-  box.min *= look.scale;
-  box.max *= look.scale;
-  const Vec3d eye = turn.conjugate() * (sight.eye - look.translationMm);
+  const Box box = piece.clay ? piece.clay->looseBounds() : piece.part->bounds();
+  const Vec3d eye = turn.conjugate() * (sight.eye - look.translationMm).cwiseQuotient(look.scale);
   const Vec3d anchor = ((eye.cwiseMax(box.min).cwiseMin(box.max) - origin) / unit).array().round();
-  const Vec3d rel = turn * (origin + anchor * unit) + (look.translationMm - sight.eye);
+  const Vec3d rel = look.scale.cwiseProduct(turn * (origin + anchor * unit)) + (look.translationMm - sight.eye);
   PieceConstants c{};
   for (int i = 0; i < 3; ++i) {
     c.anchor[i] = int32_t(std::clamp(anchor[i], double(INT32_MIN), double(INT32_MAX)));
     c.anchorRel[i] = float(rel[i]);
+    c.scale[i] = float(look.scale[i]);
   }
   c.unit = float(unit);
   c.grown = piece.clay ? float(look.grownMm) : 0;

@@ -95,7 +95,7 @@ void Model::place(PieceId id, const PieceLook& look) {
   if (!look.translationMm.allFinite() || !look.rotation.coeffs().allFinite() || !(length > 1e-6) ||
       !std::isfinite(c.r) || !std::isfinite(c.g) || !std::isfinite(c.b) || !std::isfinite(look.roughness) ||
       !std::isfinite(look.gloss) || !(look.grownMm >= 0 && std::isfinite(look.grownMm)) ||
-      !(look.scale > 0 && std::isfinite(look.scale))) {
+      !(look.scale.minCoeff() > 0 && look.scale.allFinite())) {
     throw Error("the place, colour or finish of a piece holds a number that is not finite; give finite numbers");
   }
   PieceLook& kept = looks_[id];
@@ -131,11 +131,11 @@ const PieceLook& Model::lookOf(PieceId id) const {
 const Box& Model::boundsOf(PieceId id, const Piece& piece) const {
   if (piece.bounds) return *piece.bounds;
   const PieceLook& look = lookOf(id);
-  const Vec3d unscaled = look.translationMm / look.scale;
+  const Vec3d unscaled = look.translationMm.cwiseQuotient(look.scale);
   piece.bounds = piece.clay ? piece.clay->bounds(look.rotation, unscaled) : piece.part->bounds(look.rotation, unscaled);
-  if (look.scale != 1 && !piece.bounds->empty()) {
-    piece.bounds->min *= look.scale;
-    piece.bounds->max *= look.scale;
+  if (!piece.bounds->empty()) {
+    piece.bounds->min = piece.bounds->min.cwiseProduct(look.scale);
+    piece.bounds->max = piece.bounds->max.cwiseProduct(look.scale);
   }
   if (piece.clay && look.grownMm > 0 && !piece.bounds->empty()) {
     piece.bounds->min -= Vec3d::Constant(look.grownMm);
@@ -174,13 +174,16 @@ std::optional<Renderer::Hit> Model::pick(const Vec3d& originMm, const Vec3d& uni
     const Box& box = boundsOf(id, piece);
     if (box.empty() || enterBox(*ray, box.min, box.max) == kNever) continue;
     const Eigen::Quaterniond back = look.rotation.conjugate();
-    const Ray own{back * (ray->origin - look.translationMm) / look.scale, back * ray->direction,
-                  ray->first / look.scale, ray->last / look.scale};
+    const Vec3d direction = back * ray->direction.cwiseQuotient(look.scale);
+    const double shrunk = direction.norm();
+    const Ray own{back * (ray->origin - look.translationMm).cwiseQuotient(look.scale), direction / shrunk,
+                  ray->first * shrunk, ray->last * shrunk};
     const auto hit = piece.clay ? piece.clay->raycast(own) : piece.part->raycast(own);
     if (!hit) continue;
-    const double distance = look.scale * hit->distanceMm;
+    const double distance = hit->distanceMm / shrunk;
     if (best && distance >= best->distanceMm) continue;
-    best = Renderer::Hit{id, distance, hit->fromOutside, look.rotation * hit->normal};
+    best = Renderer::Hit{id, distance, hit->fromOutside,
+                         (look.rotation * hit->normal).cwiseQuotient(look.scale).normalized()};
     ray->last = distance;
   }
   return best;

@@ -26,9 +26,10 @@ struct PieceConstants {
   float anchorRel[3];
   float grown;  ///< mm.
   float rotation[4];
+  float scale[4];                ///< The last is not read.
   std::array<float, 4> surface;  ///< surfaceOf().
 };
-static_assert(sizeof(PieceConstants) == 64);
+static_assert(sizeof(PieceConstants) == 80);
 
 /// What shaders/clay.frag needs of a piece: display-linear colour, the code of its material (negative: its back is
 /// drawn too).

@@ -30,7 +30,7 @@ struct PieceLook {
   /// From the piece's millimetres to the world's, with translationMm.
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
   Vec3d translationMm = Vec3d::Zero();
-  double scale = 1;                       ///< Of the piece about its zero, above 0; before the rotation.
+  Vec3d scale = Vec3d::Ones();  ///< Along the world's axes about the piece's zero, above 0; after the rotation.
   Colour colour{0.80f, 0.62f, 0.50f, 1};  ///< Alpha is ignored.
   float roughness = 0.6f, gloss = 0.3f;   ///< 0 to 1: Shading::material.
   bool visible = true;

@@ -16,7 +16,7 @@ layout(location = 5) out vec3 viewPosition;  // as viewNormal
 void main() {
   vec3 rel = piecePosition(position, normal);
   onCrease = float(int(round(normal.y * 32767.0)) & 1);
-  viewNormal = (1.0 - onCrease) * toMiddle(turned(unpackOctahedral(normal)));
+  viewNormal = (1.0 - onCrease) * toMiddle(pieceNormal(normal));
   viewPosition = toMiddle(rel);
   cut = dot(frame.section, vec4(rel, 1.0));
   colour = piece.surface.rgb * paint.a + paint.rgb * paint.rgb;

@@ -16,7 +16,7 @@
 namespace argil::studio {
 namespace {
 
-constexpr engine::Id kPreview = UINT32_MAX;
+constexpr engine::Id kPreview = UINT32_MAX, kGrown = UINT32_MAX - 1;
 constexpr double kStillS = 0.2;     // The full picture comes when nothing has moved for so long.
 constexpr double kSlowMs = 20;      // A full picture that takes less is drawn in motion too.
 constexpr double kSluggishMs = 60;  // More than this is felt while typing.
@@ -125,13 +125,23 @@ void SessionWindow::sendFont() {
 void SessionWindow::takeSurfaces() {
   engine::SurfaceChanges changes = bench_.takeSurfaces();
   if (!changes.pieces.empty()) changed();
+  // Shows the new surface where and as it is.
+  const auto settle = [this](engine::Id id, render::PieceLook& look) {
+    look.grownMm = 0;
+    const Vec3d factors = std::exchange(look.scale, Vec3d::Ones());
+    const engine::Piece* piece = now_->document->piece(id);
+    if (!piece) return;
+    look.visible = piece->visible;
+    // A stretch leaves the pose as it is.
+    if (factors != Vec3d::Constant(factors.x())) look.translationMm = piece->pose.translation;
+  };
   for (engine::SurfaceChange& change : changes.pieces) {
     if (state_.growing && state_.growing->piece == change.piece) {
       // Here is what was shown before it was there.
       if (state_.grown == state_.growing) state_.grown.reset();
       state_.growing.reset();
       if (const auto look = placed_.find(change.piece); change.whole && look != placed_.end() && !state_.grown)
-        look->second.grownMm = 0, look->second.scale = 1;  // placed with that surface, in the same picture
+        settle(change.piece, look->second);  // placed with that surface, in the same picture
     }
     waiting_.pieces.push_back(std::move(change));
   }
@@ -153,8 +163,8 @@ void SessionWindow::follow() {
   std::map<engine::Id, render::PieceLook> wanted;
   const auto scale = [&grown](engine::Id id, render::PieceLook& look) {
     if (!grown || grown->piece != id) return;
-    look.scale = grown->factor;
-    look.translationMm = grown->aboutMm + grown->factor * (look.translationMm - grown->aboutMm);
+    look.scale = grown->factors;
+    look.translationMm = grown->aboutMm + grown->factors.cwiseProduct(look.translationMm - grown->aboutMm);
   };
   for (const engine::Piece& piece : document.pieces) {
     wanted[piece.id] = lookOf(piece);
@@ -163,7 +173,15 @@ void SessionWindow::follow() {
     wanted[piece.id].dimmed |= document.pieces.size() > 1 && piece.id != worked;
     if (grown && grown->piece == piece.id) wanted[piece.id].grownMm = grown->mm;
     scale(piece.id, wanted[piece.id]);
+    if (!grown || grown->piece != piece.id || !grown->shape) continue;
+    wanted[kGrown] = wanted[piece.id];
+    wanted[piece.id].visible = false;
+    if (parts_[kGrown] == grown->shape.get()) continue;
+    parts_[kGrown] = grown->shape.get();
+    std::erase_if(partsWaiting_, [](const auto& part) { return part.first == kGrown; });
+    partsWaiting_.emplace_back(kGrown, grown->shape);
   }
+  if (!wanted.contains(kGrown)) std::erase_if(partsWaiting_, [](const auto& part) { return part.first == kGrown; });
   for (const engine::Part& part : document.parts) {
     wanted[part.id] = lookOf(part);
     scale(part.id, wanted[part.id]);

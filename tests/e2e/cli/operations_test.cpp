@@ -177,6 +177,12 @@ std::map<std::string, Case> cases() {
         [](const json& r) { EXPECT_GT(std::abs(high(r, 0) + low(r, 0)), 0.5); }}},
       {"twist", {R"({"operation":"twist","angle_deg":90,"from_percent":10})"}},
       {"taper", {R"({"operation":"taper","width_percent":50})", kBall * 0.6, 0.2}},
+      {"stretch",
+       {R"({"operation":"stretch","plane":[0,0,0,0,0,1],"length_percent":150})", kBall * 1.5, 0.01, 1, 1,
+        [](const json& r) {
+          EXPECT_NEAR(high(r, 2), 1.5 * high(r, 0), 0.1);
+          EXPECT_NEAR(low(r, 2), 1.5 * low(r, 0), 0.1);
+        }}},
       {"lattice",
        {R"({"operation":"lattice","points_x":2,"points_y":2,"points_z":2,"box":[-14,-14,-14,14,14,14],"points":[)" +
             lattice + "]}",

@@ -15,6 +15,8 @@ namespace {
 
 // The first number of a place in the settings of Carve, while several pieces are selected, on the small screen.
 constexpr double kPlaceX = 236, kPlaceY = 500;
+// The distance in the dialog of Offset.
+constexpr double kDistanceX = 1000, kDistanceY = 366;
 
 class FirstHour : public ClayOnScreen {
  protected:
@@ -138,6 +140,86 @@ TEST_P(FirstHour, TScalesThePiece) {
   const Saved now = otherClay(person, before);
   EXPECT_GT(now.volume, 2 * before.volume);
   EXPECT_EQ(now.steps, before.steps + 1);
+}
+
+// The box of T: the blue square on the block's top pulls that alone, with Ctrl the bottom too; one step each.
+TEST_P(FirstHour, ASideOfTheBoxOfTStretchesThePieceAlongOneAxis) {
+  const std::string file = block();
+  RunningStudio studio(arguments({file}), scratch_.path());
+  Person person(studio);
+  seesClay(person);
+  const Saved before = saved();
+  person.key("t");
+  const auto squares = [](const render::Image& image) {
+    std::vector<std::array<double, 2>> blue;
+    for (int y = 80; y < 650; ++y)
+      for (int x = 360; x < 1220; ++x) {
+        const uint8_t* p = image.pixel(x, y);
+        if (p[2] > 220 && p[0] < 110 && p[1] > 110 && p[1] < 175) blue.push_back({double(x), double(y)});
+      }
+    return blue;
+  };
+  // The middle of the upper one: the one below the block is faint.
+  const auto top = [&](const render::Image& image) {
+    const auto blue = squares(image);
+    std::array<double, 2> sum{};
+    double count = 0;
+    for (const auto& [x, y] : blue)
+      if (y < blue.front()[1] + 14) sum[0] += x, sum[1] += y, ++count;
+    return std::array<double, 2>{sum[0] / std::max(1.0, count), sum[1] / std::max(1.0, count)};
+  };
+  const render::Image handles = until(person, [&](const render::Image& image) { return squares(image).size() > 30; });
+  person.shot("stretch-handles");
+  ASSERT_GT(squares(handles).size(), 30u) << "no handle is seen";
+  const auto bounds = [&] {
+    const Json surface = Json::parse(argil({"inspect", file, "--json"}).out, nullptr, false)["pieces"][0]["surface"];
+    clay::BoxMm box;
+    for (int axis = 0; axis < 3; ++axis) {
+      box.low[axis] = surface["low_mm"][size_t(axis)];
+      box.high[axis] = surface["high_mm"][size_t(axis)];
+    }
+    return box;
+  };
+  const clay::BoxMm was = bounds();
+  const auto pulled = [&](double by, const std::string& name) {
+    const auto square = top(until(person, [&](const render::Image& image) { return squares(image).size() > 30; }));
+    person.move(square[0], square[1]);
+    person.ready();
+    person.press();
+    for (int i = 1; i <= 5; ++i) {
+      person.move(square[0], square[1] - by * i / 5);
+      person.ready();
+    }
+    // What is dragged is under the hand, and the top is there before the clay is.
+    const render::Image dragged = person.shot(name);
+    EXPECT_GT(difference(part(handles, 390, 100, 940, 600), part(dragged, 390, 100, 940, 600)), 0.02);
+    person.release();
+  };
+  pulled(50, "stretch-dragged");
+  const Saved longer = otherClay(person, before);
+  EXPECT_EQ(longer.steps, before.steps + 1);
+  const clay::BoxMm is = bounds();
+  const double factor = (is.high.z() - is.low.z()) / (was.high.z() - was.low.z());
+  EXPECT_GT(factor, 1.15);
+  EXPECT_NEAR(is.low.z(), was.low.z(), 0.1) << "what lies opposite stays";
+  for (int axis = 0; axis < 2; ++axis) {
+    EXPECT_NEAR(is.low[axis], was.low[axis], 0.1);
+    EXPECT_NEAR(is.high[axis], was.high[axis], 0.1);
+  }
+  EXPECT_NEAR(longer.volume / before.volume, factor, 0.01 * factor);
+  person.shot("stretched");
+  person.key("ctrl+z");
+  EXPECT_TRUE(otherClay(person, longer) == before) << "undone as one step";
+  (void)until(person, [&](const render::Image& image) {
+    return difference(part(handles, 390, 100, 940, 600), part(image, 390, 100, 940, 600)) < 0.02;
+  });
+  person.keyDown("ctrl");
+  pulled(30, "stretch-both");
+  person.keyUp("ctrl");
+  (void)otherClay(person, before);
+  const clay::BoxMm both = bounds();
+  EXPECT_GT(both.high.z(), was.high.z() + 2);
+  EXPECT_NEAR(both.high.z() + both.low.z(), was.high.z() + was.low.z(), 0.2) << "about the middle";
 }
 
 // A click selects, Ctrl+click adds; a typed place moves all of them.
@@ -264,6 +346,100 @@ TEST_P(FirstHour, ADialogLeavesItsPreviewInSight) {
   person.shot("preview-pegs");
   EXPECT_GT(double(orange(seen(pegs))), 0.85 * double(orange(seen(before))));
   EXPECT_GT(difference(seen(pegs), seen(before)), 0.005) << "pegs and plane are shown";
+}
+
+// What an offset inwards leaves is drawn in the clay's place; where nothing is left the dialog says so and does
+// nothing.
+TEST_P(FirstHour, AnOffsetInwardsShowsWhatRemains) {
+  const std::string file = block();  // 60 × 60 × 40 mm: nothing is left from 20 mm on.
+  RunningStudio studio(arguments({file}), scratch_.path());
+  Person person(studio);
+  seesClay(person);
+  offTheClay(person);
+  const Saved before = saved();
+  // Beside the dialog.
+  const auto clay = [](const render::Image& image) {
+    size_t count = 0;
+    for (int y = 100; y < 680; ++y)
+      for (int x = 360; x < 820; ++x) {
+        const uint8_t* p = image.pixel(x, y);
+        count += p[0] > 80 && p[0] > p[2] + 30;
+      }
+    return double(count);
+  };
+  const double whole = clay(person.settled());
+  byPalette(person, "offset");
+  (void)until(person, [&](const render::Image& now) { return clay(now) > 0.9 * whole; });
+  const auto typed = [&](const std::string& mm) {
+    person.click(kDistanceX, kDistanceY);
+    person.click(kDistanceX, kDistanceY);
+    person.ready();
+    person.key("ctrl+a");
+    person.type(mm);
+    person.key("tab");
+    person.ready();
+  };
+  typed("-2");
+  const double two = clay(until(person, [&](const render::Image& now) { return clay(now) < 0.95 * whole; }));
+  person.shot("inwards-2");
+  typed("-10");
+  const double ten = clay(until(person, [&](const render::Image& now) { return clay(now) < 0.7 * whole; }));
+  person.shot("inwards-10");
+  EXPECT_LT(two, 0.95 * whole);
+  EXPECT_GT(two, 0.75 * whole);
+  // 40 × 40 × 20 mm of 60 × 60 × 40: a little over a third of its faces.
+  EXPECT_LT(ten, 0.6 * whole);
+  EXPECT_GT(ten, 0.2 * whole);
+  typed("-21");
+  const auto warned = [](const render::Image& image) {  // In the colour of warnings, within the dialog.
+    size_t count = 0;
+    for (int y = 380; y < 470; ++y)
+      for (int x = 840; x < 1215; ++x) {
+        const uint8_t* p = image.pixel(x, y);
+        count += p[0] > 180 && p[0] > p[2] + 80;
+      }
+    return count;
+  };
+  EXPECT_GT(warned(until(person, [&](const render::Image& now) { return warned(now) > 100; })), 100u);
+  person.shot("inwards-nothing");
+  person.key("enter");  // Nothing is done.
+  (void)person.settled();
+  person.key("ctrl+s");
+  (void)person.settled();
+  EXPECT_TRUE(saved() == before);
+  typed("-10");
+  EXPECT_GT(clay(until(person, [&](const render::Image& now) { return clay(now) > 0.9 * ten; })), 0.9 * ten);
+  // What was shown is what it is then.
+  const render::Image shown = person.settled();
+  person.key("enter");
+  const Saved left = otherClay(person, before);
+  EXPECT_NEAR(left.volume, 40 * 40 * 20, 0.03 * 40 * 40 * 20);
+  offTheClay(person);
+  const auto alike = [&](const render::Image& now) {
+    return difference(part(shown, 360, 100, 820, 600), part(now, 360, 100, 820, 600)) < 0.03;
+  };
+  EXPECT_TRUE(alike(until(person, alike)));
+  person.shot("inwards-done");
+}
+
+// Alt+X: its switch is seen in the bar; where no guide is there to be seen, it says so.
+TEST_P(FirstHour, TheKeyOfXrayIsSeen) {
+  const std::string file = block();
+  RunningStudio studio(arguments({file}), scratch_.path());
+  Person person(studio);
+  seesClay(person);
+  offTheClay(person);
+  const auto bar = [](const render::Image& image) { return part(image, 640, 30, 900, 72); };
+  const render::Image before = person.settled();
+  person.key("alt+x");
+  const auto changed = [&](const render::Image& now) { return difference(bar(now), bar(before)) > 0.005; };
+  const render::Image off = until(person, changed);
+  person.shot("xray-off");
+  EXPECT_TRUE(changed(off));
+  EXPECT_GT(difference(part(off, 390, 540, 1240, 690), part(before, 390, 540, 1240, 690)), 0.01) << "a message";
+  person.key("alt+x");
+  const auto back = [&](const render::Image& now) { return difference(bar(now), bar(before)) < 0.001; };
+  EXPECT_TRUE(back(until(person, back)));
 }
 
 // Menus opened by the mouse or by a tap of Alt take arrows and Enter.

@@ -98,6 +98,41 @@ TEST(DeformJobs, BendTwistTaperAndLatticeChangeThePieceAlone) {
   EXPECT_NEAR(topology(result.changed.at(0).version).high.z(), 8, 0.05);
 }
 
+// The piece is turned by a right angle, so that its 30 mm lie along the world's y, its 20 mm along x.
+TEST(DeformJobs, AStretchChangesOneLengthOfTheWorldAndKeepsItsPlane) {
+  const Document document = blockDocument();
+  const Vec3d size(20, 30, 10), low = Vec3d(100, 0, 0) - size / 2;
+  const double before = topology(document.pieces[0].version).volume;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double factor : {0.13, 0.4, 1.3, 2.5, 7.9}) {
+      SCOPED_TRACE(testing::Message() << axis << " × " << factor);
+      PieceArguments arguments = argumentsFor("stretch", document);
+      arguments.plane = {low, 3 * Vec3d::Unit(axis)};
+      arguments.change<ScaleValues>().percent = 100 * factor;
+      const PieceResult result = runPieceJob(*findPieceJob("stretch"), document, arguments);
+      const clay::TopologyReport report = topology(result.changed.at(0).version);
+      EXPECT_TRUE(report.closed());
+      // Pressed to a rim far below a voxel: a third of one.
+      const double tolerance = factor < 0.2 ? 0.15 : 0.06;
+      EXPECT_NEAR(report.volume / before, factor, (factor < 0.2 ? 0.03 : 0.01) * factor);
+      const haptics::Pose& pose = result.changed[0].pose;
+      const Vec3d a = pose.apply(report.low), b = pose.apply(report.high);
+      Vec3d expected = low + size;
+      expected[axis] = low[axis] + factor * size[axis];
+      EXPECT_LT((a.cwiseMin(b) - low).cwiseAbs().maxCoeff(), tolerance) << "what lies on the plane stays";
+      EXPECT_LT((a.cwiseMax(b) - expected).cwiseAbs().maxCoeff(), tolerance);
+      EXPECT_EQ(result.notes.size(), 1u);
+    }
+  // Slanted, through the middle: the volume alone is known.
+  PieceArguments arguments = argumentsFor("stretch", document);
+  arguments.plane = {Vec3d(100, 0, 0), Vec3d(1, 2, -1)};
+  arguments.change<ScaleValues>().percent = 170;
+  const PieceResult slanted = runPieceJob(*findPieceJob("stretch"), document, arguments);
+  EXPECT_NEAR(topology(slanted.changed.at(0).version).volume / before, 1.7, 0.017);
+  arguments.change<ScaleValues>().percent = 100;
+  EXPECT_TRUE(runPieceJob(*findPieceJob("stretch"), document, arguments).changed.empty());
+}
+
 TEST(DeformJobs, NewPiecesAreClosedSolidsOfTheirSize) {
   const Document document;
   const double pi = 3.141592653589793;

@@ -144,6 +144,49 @@ TEST_F(Picture, GrownClayIsWhatItsOffsetWouldBe) {
   }
 }
 
+// A ball that is shown longer along one axis of the world is that ellipsoid, however the piece is turned.
+TEST_F(Picture, StretchedClayIsTheEllipsoidThatItWouldBe) {
+  Look look;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double factor : {0.5, 1.2}) {
+      SCOPED_TRACE(testing::Message() << axis << " × " << factor);
+      surface_ = {};
+      renderer_->clear();
+      Vec3d scale = Vec3d::Ones();
+      scale[axis] = factor;
+      load([&](const Vec3d& p) {
+        const Vec3d q = p.cwiseQuotient(scale), slope = q.cwiseQuotient(scale);
+        return q.norm() > 0 ? (q.norm() - kRadius) * q.norm() / slope.norm() : -kRadius;
+      });
+      const View near = view("iso", Projection::perspective), flat = view("front");
+      View far = near;
+      far.position = near.target + 6 * (near.position - near.target);  // coarse levels
+      const std::array<Image, 3> exact{draw(near, look), draw(flat, look), draw(far, look)};
+      const Box box = renderer_->bounds();
+      const auto hit = renderer_->pick(near.position, near.axes().forward);
+      ASSERT_TRUE(hit);
+
+      surface_ = {};
+      renderer_->clear();
+      load(sphere());
+      const Image plain = draw(near, look);
+      PieceLook longer;
+      longer.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Vec3d(1, -2, 0.5).normalized()));
+      longer.scale = scale;
+      renderer_->place(0, longer);
+      EXPECT_LT((renderer_->bounds().max - box.max).norm(), 0.2 * kVoxel);
+      EXPECT_LT((renderer_->bounds().min - box.min).norm(), 0.2 * kVoxel);
+      const auto now = renderer_->pick(near.position, near.axes().forward);
+      ASSERT_TRUE(now);
+      EXPECT_NEAR(now->distanceMm, hit->distanceMm, 0.2 * kVoxel);
+      EXPECT_GT(now->normal.dot(hit->normal), 0.99);
+      EXPECT_LT(meanDifference(draw(near, look), exact[0]), 1.0);
+      EXPECT_LT(meanDifference(draw(flat, look), exact[1]), 1.0);
+      EXPECT_LT(meanDifference(draw(far, look), exact[2]), 1.0);
+      EXPECT_GT(meanDifference(plain, exact[0]), 1.5) << "the test sees nothing";
+    }
+}
+
 // A ball that is shown larger is the ball of larger voxels, wherever it lies; rays meet it where it is seen.
 TEST_F(Picture, ScaledClayIsWhatItsScaledVoxelsWouldBe) {
   Look look;  // with shadow, cavities and ground
@@ -163,7 +206,7 @@ TEST_F(Picture, ScaledClayIsWhatItsScaledVoxelsWouldBe) {
       load(sphere(), origin);
       const Image plain = draw(near, look);
       PieceLook larger;
-      larger.scale = scale;
+      larger.scale.setConstant(scale);
       renderer_->place(0, larger);
       EXPECT_LT((renderer_->bounds().max - box.max).norm(), 1e-6);
       EXPECT_LT((renderer_->bounds().min - box.min).norm(), 1e-6);
@@ -177,7 +220,7 @@ TEST_F(Picture, ScaledClayIsWhatItsScaledVoxelsWouldBe) {
   }
   PieceLook bad;
   for (const double value : {double(NAN), 0.0, -1.0}) {
-    bad.scale = value;
+    bad.scale = {1, value, 1};
     EXPECT_THROW(renderer_->place(0, bad), Error);
   }
 }

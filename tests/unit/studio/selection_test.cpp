@@ -226,13 +226,15 @@ TEST(WidgetsOfScale, APieceGrowsAboutItsMiddleByAnyOfItsHandles) {
     const Id id = rig.document.add(piece);
     rig.state.selected = id;
     rig.state.gizmo = GizmoMode::scale;
-    std::vector<std::tuple<Id, double, Vec3d>> done;
+    std::vector<std::tuple<Id, Vec3d, Vec3d>> done;
     const Handle handle = rig.handle("scale", i);
     const Vec3d middle = piece.pose.translation;
     const Vec3d grab = handle.points[handle.points.size() / 3];
     const auto hand = [&](const Vec3d& at, bool down) {
       World world = rig.world();
-      world.scale = [&](Id which, double factor, const Vec3d& about) { done.emplace_back(which, factor, about); };
+      world.scale = [&](Id which, const Vec3d& factors, const Vec3d& about) {
+        done.emplace_back(which, factors, about);
+      };
       rig.timeS += 0.01;
       Grip grip = rig.at(at, down);
       rig.widgets.handle(world, grip);
@@ -243,12 +245,12 @@ TEST(WidgetsOfScale, APieceGrowsAboutItsMiddleByAnyOfItsHandles) {
     ASSERT_TRUE(rig.state.scaled) << "seen while it is dragged";
     hand(middle + 1.5 * (grab - middle), true);
     EXPECT_EQ(rig.state.scaled->piece, id);
-    EXPECT_NEAR(rig.state.scaled->factor, 1.5, 0.02);
+    EXPECT_LT((rig.state.scaled->factors - Vec3d::Constant(1.5)).cwiseAbs().maxCoeff(), 0.02);
     EXPECT_TRUE(done.empty()) << "not before it is let go";
     hand(middle + 1.5 * (grab - middle), false);
     ASSERT_EQ(done.size(), 1u);
     EXPECT_EQ(std::get<0>(done[0]), id);
-    EXPECT_NEAR(std::get<1>(done[0]), 1.5, 0.02);
+    EXPECT_LT((std::get<1>(done[0]) - Vec3d::Constant(1.5)).cwiseAbs().maxCoeff(), 0.02);
     EXPECT_LT((std::get<2>(done[0]) - middle).norm(), 1e-6);
     EXPECT_FALSE(rig.state.scaled);
     EXPECT_EQ(rig.edits, 0) << "the operation does it";
@@ -263,6 +265,61 @@ TEST(WidgetsOfScale, APieceGrowsAboutItsMiddleByAnyOfItsHandles) {
     hand(grab, false);
     EXPECT_EQ(done.size(), 1u);
   }
+}
+
+// The box of T, 40 mm each way: a side takes its axis, a corner all three; what lies opposite stays, with Ctrl the
+// middle.
+TEST(WidgetsOfScale, ASideOfTheBoxScalesOneAxisAndACornerAll) {
+  struct Case {
+    const char* name;
+    int index;
+    Vec3d outwards;  // From the middle, of 20 mm.
+  };
+  for (const Case& each : {Case{"scale side", 0, -Vec3d::UnitX()}, Case{"scale side", 1, Vec3d::UnitX()},
+                           Case{"scale side", 4, -Vec3d::UnitZ()}, Case{"scale side", 5, Vec3d::UnitZ()},
+                           Case{"scale side", 3, Vec3d::UnitY()}, Case{"scale corner", 7, Vec3d(1, 1, 1)},
+                           Case{"scale corner", 1, Vec3d(1, -1, -1)}})
+    for (const bool ctrl : {false, true}) {
+      SCOPED_TRACE(testing::Message() << each.name << " " << each.index << (ctrl ? " with Ctrl" : ""));
+      test::Rig rig(render::View::named("iso", test::Rig::box(100), test::kWidth / test::kHeight));
+      engine::Piece piece = ball();
+      piece.pose.translation = Vec3d(5, 0, -7);
+      const Id id = rig.document.add(piece);
+      rig.state.selected = id;
+      rig.state.gizmo = GizmoMode::scale;
+      std::vector<std::pair<Vec3d, Vec3d>> done;
+      const Vec3d middle = piece.pose.translation, grab = middle + 20 * each.outwards;
+      EXPECT_LT((rig.handle(each.name, each.index).points[0] - grab).norm(), 1e-9);
+      const auto hand = [&](const Vec3d& at, bool down) {
+        World world = rig.world();
+        world.scale = [&](Id, const Vec3d& factors, const Vec3d& about) { done.emplace_back(factors, about); };
+        rig.timeS += 0.01;
+        Grip grip = rig.at(at, down);
+        grip.snapOff = ctrl;
+        rig.widgets.handle(world, grip);
+      };
+      // From 20 mm beside what stays to 30, or from 40 to 60.
+      const Vec3d to = grab + (ctrl ? 10 : 20) * each.outwards;
+      hand(grab, false);
+      hand(grab, true);
+      hand((grab + to) / 2, true);
+      hand(to, true);
+      ASSERT_TRUE(rig.state.scaled);
+      Vec3d expected = Vec3d::Ones();
+      for (int i = 0; i < 3; ++i)
+        if (each.outwards[i] != 0) expected[i] = 1.5;
+      EXPECT_LT((rig.state.scaled->factors - expected).cwiseAbs().maxCoeff(), 1e-3);
+      World world = rig.world();
+      bool told = false;
+      for (const Widgets::Label& label : rig.widgets.labels(world))
+        told |= label.text.find("× 1.50") != std::string::npos;
+      EXPECT_TRUE(told);
+      hand(to, false);
+      ASSERT_EQ(done.size(), 1u);
+      EXPECT_LT((done[0].first - expected).cwiseAbs().maxCoeff(), 1e-3);
+      EXPECT_LT((done[0].second - (ctrl ? middle : Vec3d(middle - 20 * each.outwards))).norm(), 1e-6);
+      EXPECT_EQ(rig.edits, 0);
+    }
 }
 
 }  // namespace

@@ -107,6 +107,7 @@ constexpr std::array kIcons{
     Icon{"up", "M5 16 L12 9 L19 16"},
     Icon{"view", "M3 7 L8 7 L9.5 4.5 L14.5 4.5 L16 7 L21 7 L21 19 L3 19 Z O12 13 3.8"},
     Icon{"warning", "M12 3.5 L21.5 20 L2.5 20 Z M12 9.5 L12 14.5 D12 17.2 1.2"},
+    Icon{"xray", "M3 9 L15 9 L15 21 L3 21 Z M9 6 L9 3 L21 3 L21 15 L18 15 M9 11.5 L9 13 M9 15 L12 15"},
     Icon{"airbrush",
          "M12 9 L20 9 L20 21 L12 21 Z M14 9 L14 5.5 L18 5.5 L18 9 M12 13 L20 13 D9.5 6 1.1 D6 3.8 1.1 D6 8.2 1.1 D2.5 "
          "2 1 D2.5 6 1 D2.5 10 1"},

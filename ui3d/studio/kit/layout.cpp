@@ -176,7 +176,7 @@ float barWidth(const BarGroups& groups, int folded, float stop) {
   if (groups.numbers > 0) width += kLine + float(groups.numbers) * (groups.number + 6);
   if (groups.symmetry) width += kLine + 26 + 4 * kEach;
   if (groups.shading) width += kLine + 3 * kEach;
-  if (groups.view) width += kLine + 4 * kEach;
+  if (groups.view) width += kLine + 5 * kEach;
   return width + (stop > 0 ? stop + 16 : 8);
 }
 

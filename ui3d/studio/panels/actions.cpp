@@ -508,12 +508,16 @@ void addHandRows(std::vector<Action>& rows) {
                   "Guides", "", strokeAlongSelected, "",
                   [](const Context& c) { return selectedWay(c) && c.now.document->workedOn() && !c.now.inStroke; }});
   struct Mode {
-    const char *mode, *name, *key;
+    const char *mode, *name, *key, *help;
   };
-  for (const Mode& m : {Mode{"move", "Move selected", "G"}, Mode{"rotate", "Rotate selected", "R"},
-                        Mode{"scale", "Scale selected", "T"}}) {
-    rows.push_back({std::string("gizmo.") + m.mode, m.name, "Handles on the selected thing.", "Guides", m.key, setGizmo,
-                    m.mode, nullptr, isGizmo});
+  for (const Mode& m :
+       {Mode{"move", "Move selected", "G", "Handles on the selected thing."},
+        Mode{"rotate", "Rotate selected", "R", "Handles on the selected thing."},
+        Mode{"scale", "Scale selected", "T",
+             "A box around the selected thing: a side stretches one axis, a corner and the ring all. Ctrl: about the "
+             "middle."}}) {
+    rows.push_back(
+        {std::string("gizmo.") + m.mode, m.name, m.help, "Guides", m.key, setGizmo, m.mode, nullptr, isGizmo});
   }
   rows.push_back({"guides.snap", "Snap", "Dragged widgets snap to guides, clay and grid.", "Guides", "N",
                   [](Context& c, Text) { c.state.snapWidgets = !c.state.snapWidgets; }, "", nullptr,

@@ -212,8 +212,10 @@ void drawBar(Context& context, Memory& memory) {
   }
   if (groups.view) {
     divide();
-    for (const auto& [id, icon] :
-         {std::pair{"view.projection", "ortho"}, {"view.section", "section"}, {"view.all", "focus"}}) {
+    for (const auto& [id, icon] : {std::pair{"view.projection", "ortho"},
+                                   {"view.section", "section"},
+                                   {"look.xray", "xray"},
+                                   {"view.all", "focus"}}) {
       actionButton(context, id, icon, kBarButton);
       ImGui::SameLine();
     }

@@ -161,6 +161,19 @@ struct PegPreview {
   std::unique_ptr<engine::BackgroundJob> job;  ///< Last: it fills the result.
 };
 
+/// The clay that an offset inwards, which is asked about, leaves.
+struct OffsetPreview {
+  struct Result {
+    std::shared_ptr<const clay::TriangleMesh> shape;  ///< mm of the piece.
+    std::string problem;
+  };
+  clay::Version of;  ///< Of this clay, moved by
+  double mm = 0;
+  std::shared_ptr<const clay::TriangleMesh> shape;  ///< The last one that was worked out of this clay; null: none.
+  std::shared_ptr<Result> result;
+  std::unique_ptr<engine::BackgroundJob> job;  ///< Last: it fills the result.
+};
+
 struct Memory {
   Layout layout;
   engine::TouchState touch;
@@ -205,6 +218,7 @@ struct Memory {
   Operation operation;
   std::map<std::string_view, engine::PieceArguments> operations;  ///< As they were begun last, by id.
   PegPreview pegs;
+  OffsetPreview offset;
   ExportChoice exporting;
   bool importAsPart = false;
   AskedModel asked;
@@ -306,6 +320,9 @@ void drawOperation(Context& context, Memory& memory);
 /// Shows where the pegs of the cut that is asked about would stand, within its dialog; why there are none, a sentence,
 /// or nothing. `piece`: that is cut; null: nothing is asked about.
 [[nodiscard]] std::string followPegs(Context& context, Memory& memory, const engine::Piece* piece);
+/// Works out what an offset inwards, which is asked about, leaves of a piece, within its dialog: OffsetPreview::shape.
+/// Why nothing is left, or nothing. `piece`: as for followPegs().
+[[nodiscard]] std::string followOffset(Context& context, Memory& memory, const engine::Piece* piece);
 void drawFiles(Context& context, Memory& memory);
 /// Opens the dialog that StudioState::wishes names.
 void serveWishes(Context& context, Memory& memory);

@@ -148,9 +148,7 @@ void drawPreviewLimits(const engine::PieceJob& row, const engine::PieceArguments
   // An edge that is to be round with this radius is shown flat: off by 0.3 of it, a voxel's width from here on.
   constexpr double kRightVoxels = 3;
   const double mm = row.growsMm(arguments);
-  if (mm < 0)
-    kit::wrapped("The picture does not show it: it is seen when it is done.", colours().dim);
-  else if (mm > kRightVoxels * piece.version.grid().voxelMm)
+  if (mm > kRightVoxels * piece.version.grid().voxelMm)
     kit::wrapped("The picture shows it roughly: edges will be round, and gaps narrower than " + kit::written(2 * mm) +
                      " mm will close.",
                  colours().dim);
@@ -273,15 +271,20 @@ void beginOperation(Context& context, Memory& memory, std::string_view id) {
 
 namespace {
 
-// Nothing for what becomes thinner: beside edges vertices that move inwards pass those of the other face, and stand out
-// of what there will be like fins.
-std::optional<GrownPiece> grownBy(const engine::PieceJob& row, const engine::PieceArguments& arguments) {
-  if (!row.growsMm || arguments.pieces.size() != 1 || !(row.growsMm(arguments) > 0)) return std::nullopt;
-  return GrownPiece{.piece = arguments.pieces[0], .mm = row.growsMm(arguments)};
+// What becomes thinner is shown as it was worked out: beside edges vertices that move inwards would pass those of the
+// other face, and stand out of what there will be like fins.
+std::optional<GrownPiece> grownBy(const engine::PieceJob& row, const engine::PieceArguments& arguments,
+                                  const OffsetPreview& inwards) {
+  if (!row.growsMm || arguments.pieces.size() != 1) return std::nullopt;
+  const double mm = row.growsMm(arguments);
+  if (mm > 0) return GrownPiece{.piece = arguments.pieces[0], .mm = mm};
+  if (mm < 0 && inwards.shape) return GrownPiece{.piece = arguments.pieces[0], .shape = inwards.shape};
+  return std::nullopt;
 }
 
 // What is asked about, else what was begun and is not there yet.
-void followGrown(Context& context, const Operation& asked, bool valid) {
+void followGrown(Context& context, const Memory& memory, bool valid) {
+  const Operation& asked = memory.operation;
   StudioState& state = context.state;
   if (state.growing && context.bench.idle()) {
     // Cancelled, or refused: no surface comes. What was made is another version by now, if not in what this frame began
@@ -291,7 +294,7 @@ void followGrown(Context& context, const Operation& asked, bool valid) {
     if (!piece || piece->version == state.growing->before) state.growing.reset();
   }
   state.grown = state.growing;
-  if (asked.row && valid) state.grown = grownBy(*asked.row, asked.arguments);
+  if (asked.row && valid) state.grown = grownBy(*asked.row, asked.arguments, memory.offset);
 }
 
 }  // namespace
@@ -304,7 +307,8 @@ void drawOperation(Context& context, Memory& memory) {
   const float right = shows ? memory.layout.free.right - kPad : 0;
   if (!kit::beginDialog("Operation", open ? operation.row->name.data() : "Operation", kWidth, 0, &open, right)) {
     (void)followPegs(context, memory, nullptr);
-    return followGrown(context, operation, false);
+    (void)followOffset(context, memory, nullptr);
+    return followGrown(context, memory, false);
   }
   const engine::PieceJob& row = *operation.row;
   kit::wrapped(row.help, colours().dim);
@@ -327,6 +331,8 @@ void drawOperation(Context& context, Memory& memory) {
   }
   if (const std::string none = followPegs(context, memory, problem.empty() ? piece : nullptr); !none.empty())
     problem = kit::sentence(none);
+  if (const std::string none = followOffset(context, memory, problem.empty() ? piece : nullptr); !none.empty())
+    problem = kit::sentence(none);
   if (problem.empty() && piece) drawPreviewLimits(row, operation.arguments, *piece);
   if (!problem.empty()) kit::wrapped(problem, colours().warning);
   kit::gap(6);
@@ -339,12 +345,13 @@ void drawOperation(Context& context, Memory& memory) {
     memory.operations[row.id] = operation.arguments;
     sharePrintChoice(row, operation.arguments, context.state.print, true);
     context.bench.operate(std::string(row.id), operation.arguments);
-    context.state.growing = grownBy(row, operation.arguments);
+    if (memory.offset.job) memory.offset.shape.reset();  // It shows what was asked about before.
+    context.state.growing = grownBy(row, operation.arguments, memory.offset);
     if (context.state.growing) context.state.growing->before = piece->version;
     open = false;
   }
   ImGui::EndDisabled();
-  followGrown(context, operation, problem.empty() && open);
+  followGrown(context, memory, problem.empty() && open);
   if (!open) operation.row = nullptr;
   kit::endDialog(open);
 }

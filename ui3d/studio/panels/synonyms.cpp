@@ -128,6 +128,7 @@ constexpr auto kSynonyms = std::to_array<Synonyms>({
     {"piece.cut-curve", "trim lasso knife slice clip curve chop box rectangle select"},
     {"piece.bend", "deform curve arc warp pose"},
     {"piece.twist", "deform screw spiral turn"},
+    {"piece.stretch", "scale axis lengthen shorten squash nonuniform elongate"},
     {"piece.taper", "deform cone narrow widen"},
     {"piece.cylinder", "primitive tube rod pipe new create"},
     {"piece.cone", "primitive pyramid spike new create"},

@@ -109,6 +109,10 @@ bool render::Look::*lookOf(Text id) {
 }
 void switchLook(Context& c, Text id) {
   if (const auto member = lookOf(id)) c.state.look.*member = !(c.state.look.*member);
+  if (id == "xray" && c.now.document->guides.empty() && !c.state.look.section)
+    c.bench.tell(engine::Message::Level::done,
+                 std::string("X-ray of guides is ") + (c.state.look.xray ? "on" : "off") +
+                     ". There is no guide yet: add one from the Guides menu to see it through the clay.");
 }
 bool isLook(const Context& c, Text id) {
   const auto member = lookOf(id);

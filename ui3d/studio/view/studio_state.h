@@ -84,10 +84,12 @@ struct PrintChoice {
 /// A piece that is shown as an operation would make it, before it has.
 struct GrownPiece {
   engine::Id piece = 0;
-  double mm = 0;      ///< render::PieceLook::grownMm.
-  double factor = 1;  ///< Scaled by it about `aboutMm`, world.
+  double mm = 0;                  ///< render::PieceLook::grownMm.
+  Vec3d factors = Vec3d::Ones();  ///< Scaled along the world's axes about `aboutMm`, world.
   Vec3d aboutMm = Vec3d::Zero();
   clay::Version before = {};  ///< The clay of an operation at work.
+  /// Drawn in place of the piece, mm of the piece; null: the piece itself is drawn.
+  std::shared_ptr<const clay::TriangleMesh> shape = {};
   friend bool operator==(const GrownPiece&, const GrownPiece&) = default;
 };
 

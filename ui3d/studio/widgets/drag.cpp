@@ -165,6 +165,16 @@ std::optional<Change> Drag::measure(const World& world, const engine::Document& 
       change.factor = (before + *t) / before;
       break;
     }
+    case Way::scaleBox: {
+      // A corner is led along the diagonal, a side along its normal.
+      const Vec3d from = grip.snapOff ? handle_.middle : handle_.anchor;
+      const double before = (grab_ - from).dot(handle_.axis);
+      const auto t = alongLine(hand, grab_, handle_.axis, world.screen);
+      if (!t || before == 0) return {};
+      change.factor = (before + *t) / before;
+      change.about = from;
+      break;
+    }
     case Way::scaleAll: {
       if (stylus_) {
         change.factor = (hand.tip - handle_.anchor).norm() / (grab_ - handle_.anchor).norm();
@@ -209,9 +219,8 @@ bool Drag::follow(const World& world, const engine::Document& shown, const Grip&
 }
 
 std::string Drag::label(const engine::Document& document) const {
-  const char* verb = handle_.way == Way::about                                        ? "Turn"
-                     : handle_.way == Way::scaleAlong || handle_.way == Way::scaleAll ? "Scale"
-                                                                                      : "Move";
+  const bool scales = handle_.way == Way::scaleAlong || handle_.way == Way::scaleAll || handle_.way == Way::scaleBox;
+  const char* verb = handle_.way == Way::about ? "Turn" : scales ? "Scale" : "Move";
   if (handle_.name == "insert") verb = "Insert a point in";
   switch (handle_.target.kind) {
     case Target::Kind::symmetry:
@@ -239,11 +248,18 @@ std::string Drag::text() const {
   }
   if (const auto* workspace = std::get_if<haptics::Workspace>(&now_); workspace && handle_.name == "face")
     return fmt::format("× {:.3g}", workspace->scale);
+  if (const auto* held = std::get_if<HeldScale>(&now_)) {
+    int axis = 0;
+    (held->factors - Vec3d::Ones()).cwiseAbs().maxCoeff(&axis);
+    const bool alike = held->factors == Vec3d::Constant(held->factors[axis]);
+    return fmt::format("{}× {:.2f}", alike ? "" : axis == 0 ? "x " : axis == 1 ? "y " : "z ", held->factors[axis]);
+  }
   switch (handle_.way) {
     case Way::about:
       return angleText(change_.angle);
     case Way::scaleAlong:
     case Way::scaleAll:
+    case Way::scaleBox:
       return fmt::format("× {:.2f}", change_.factor);
     default:
       return lengthText(change_.move.norm());

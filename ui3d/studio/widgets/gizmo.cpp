@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "ui3d/studio/widgets/box_frame.h"
 #include "ui3d/studio/widgets/build.h"
 
 namespace argil::studio {
@@ -19,6 +20,12 @@ constexpr int kRingSteps = 72;
 constexpr double kScaleRing = 0.5;     // Of kSizeUnits.
 constexpr double kTowardsEye = 0.985;  // Cosine: an axis that points at the eye cannot be dragged along.
 constexpr double kEdgeOn = 0.12;       // Sine: nor a plane that is seen from its edge.
+
+constexpr std::string_view kSide = "scale side", kCorner = "scale corner";
+// About as much as the operations take: "stretch" and "scale".
+constexpr double kMostStretch = 7.5, kMostScale = 100;
+constexpr float kBehind = 0.45f;
+constexpr double kLeastSideUnits = 24;  // A box with a shorter side has no handles of its own: the ring has.
 
 /// Along one axis of a guide's own: 0, 1, 2; −1: all.
 void scaleGuide(Guide& guide, const Vec3d& pivot, int axis, double factor) {
@@ -37,10 +44,15 @@ void scaleGuide(Guide& guide, const Vec3d& pivot, int axis, double factor) {
 
 void applyScale(Subject& subject, const Handle& handle, const Change& change) {
   if (auto* guide = std::get_if<Guide>(&subject)) scaleGuide(*guide, handle.anchor, handle.index, change.factor);
-  if (std::holds_alternative<HeldScale>(subject)) {
-    // As much as the operation takes: 1 % to 10 000 %.
-    subject = HeldScale{std::clamp(change.factor, 0.01, 100.0), handle.anchor};
+  if (!std::holds_alternative<HeldScale>(subject)) return;
+  HeldScale held;
+  held.aboutMm = change.about.value_or(handle.anchor);
+  if (handle.name == kSide) {
+    held.factors[handle.index / 2] = std::clamp(change.factor, 1 / kMostStretch, kMostStretch);
+  } else {
+    held.factors.setConstant(std::clamp(change.factor, 1 / kMostScale, kMostScale));
   }
+  subject = held;
 }
 
 bool scales(const Guide& guide, int axis) {
@@ -53,6 +65,47 @@ bool scales(const Guide& guide, int axis) {
       return false;
     default:
       return true;
+  }
+}
+
+/// A box around a piece or a part. A corner scales all sides alike, a side along its axis; what lies opposite stays.
+void buildScaleBox(Build& build, const Target& target) {
+  if (!build.world.boundsOf) return;
+  const render::Box box = build.world.boundsOf(target.id);
+  if (box.empty()) return;
+  const ScreenMap& screen = build.world.screen;
+  const Vec3d half = 0.5 * box.size(), middle = box.centre();
+  if (!(half.minCoeff() > 0)) return;
+  const BoxFrame frame{{middle, Eigen::Quaterniond::Identity()}, half};
+  for (const auto& edge : frame.edges())
+    build.line({edge[0], edge[1]}, faded(widget_colours::kHandle, 0.5f), 1.4f, render::Depth::xray);
+  if (2 * half.minCoeff() < kLeastSideUnits * screen.unitMm(middle)) return;
+  const auto add = [&](std::string_view name, int index, const Vec3d& at, const Vec3d& opposite, const Vec3d& axis,
+                       const render::Colour& colour) {
+    Handle handle;
+    handle.target = target;
+    handle.name = name;
+    handle.index = index;
+    handle.way = Way::scaleBox;
+    handle.anchor = opposite;
+    handle.axis = axis;
+    handle.middle = middle;
+    handle.form = Form::square;
+    handle.points = {at};
+    handle.colour = (at - middle).dot(screen.toEye(at)) > 0 ? colour : faded(colour, kBehind);
+    handle.apply = applyScale;
+    build.handles.push_back(std::move(handle));
+  };
+  for (int face = 0; face < 6; ++face) {
+    const Vec3d at = frame.faceCentre(face), axis = frame.normal(face);
+    if (std::abs(axis.dot(screen.toEye(at))) < kTowardsEye)
+      add(kSide, face, at, frame.faceCentre(face ^ 1), axis, axisColour(face / 2));
+  }
+  for (int i = 0; i < 8; ++i) {
+    const Vec3d sign(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1);
+    const Vec3d at = frame.at(sign.x(), sign.y(), sign.z()), axis = (at - middle).normalized();
+    if (std::abs(axis.dot(screen.toEye(at))) < kTowardsEye)
+      add(kCorner, i, at, 2 * middle - at, axis, widget_colours::kHandle);
   }
 }
 
@@ -114,8 +167,9 @@ void buildGizmo(Build& build, const Target& target, GizmoMode mode, const Vec3d&
         faded(widget_colours::kHandle, 0.85f));
   } else if (mode == GizmoMode::scale && sized) {
     const Guide* guide = build.document.guide(target.id);
-    // Of clay and parts all sides alike.
+    // Clay and parts: all sides alike about the middle, and a box.
     if (!guide) {
+      buildScaleBox(build, target);
       for (int i = 0; i < 4; ++i) {
         const double angle = (0.25 + 0.5 * i) * std::numbers::pi;
         const Vec3d out = std::cos(angle) * across + std::sin(angle) * eye.cross(across);

@@ -18,6 +18,7 @@ enum class Way : uint8_t {
   about,       ///< Turns about `axis` through `anchor`.
   scaleAlong,  ///< By how far it is from `anchor` along `axis`.
   scaleAll,    ///< By how far it is from `anchor` in the picture.
+  scaleBox,    ///< As scaleAlong, about `middle` instead of `anchor` while a key is held (Grip::snapOff).
 };
 
 /// What a drag has come to: the move in world mm, the turn in rad, the factor.
@@ -25,6 +26,7 @@ struct Change {
   Vec3d move = Vec3d::Zero();
   double angle = 0;
   double factor = 1;
+  std::optional<Vec3d> about = {};  ///< A centre of the scale other than the handle's anchor.
 };
 
 enum class Form : uint8_t {
@@ -43,6 +45,7 @@ struct Handle {
   Way way = Way::free;
   Vec3d anchor = Vec3d::Zero();  ///< What snaps; centre of turns and scales.
   Vec3d axis = Vec3d::UnitZ();   ///< Unit length.
+  Vec3d middle = Vec3d::Zero();  ///< The other centre of Way::scaleBox.
   Form form = Form::dot;
   std::vector<Vec3d> points;
   render::Colour colour;

@@ -115,9 +115,9 @@ void writeSubject(World& world, const Target& target, const Subject& subject, co
                  },
                  [&](const HeldScale& held) {  // Shown alone: it is done when it is let go.
                    world.state.scaled.reset();
-                   if (held.factor != 1)
+                   if (held.factors != Vec3d::Ones())
                      world.state.scaled =
-                         GrownPiece{.piece = target.id, .factor = held.factor, .aboutMm = held.aboutMm};
+                         GrownPiece{.piece = target.id, .factors = held.factors, .aboutMm = held.aboutMm};
                  },
              },
              subject);
@@ -147,7 +147,7 @@ bool sameSubject(const Subject& a, const Subject& b) {
           },
           [&](const HeldScale& held) {
             const auto& other = std::get<HeldScale>(b);
-            return held.factor == other.factor && same(held.aboutMm, other.aboutMm);
+            return held.factors == other.factors && same(held.aboutMm, other.aboutMm);
           },
       },
       a);

@@ -26,9 +26,9 @@ struct HeldLattice {
   std::shared_ptr<const clay::Warp> after = {};  ///< DeformBox::warpAfterLattice().
 };
 
-/// How much larger a piece or part is to be, about a place of the world.
+/// How much larger a piece or part is to be along the world's axes, about a place of the world.
 struct HeldScale {
-  double factor = 1;
+  Vec3d factors = Vec3d::Ones();
   Vec3d aboutMm = Vec3d::Zero();
 };
 

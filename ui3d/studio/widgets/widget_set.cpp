@@ -169,7 +169,8 @@ void WidgetSet::press(World& world, const Handle& handle, const Vec3d& at, const
 void WidgetSet::letGo(World& world) {
   if (const auto* held = std::get_if<HeldScale>(&drag_->now())) {
     world.state.scaled.reset();
-    if (held->factor != 1 && world.scale) world.scale(drag_->handle().target.id, held->factor, held->aboutMm);
+    if (held->factors != Vec3d::Ones() && world.scale)
+      world.scale(drag_->handle().target.id, held->factors, held->aboutMm);
   } else if (drag_->changed()) {
     // All moves of a deform box are one step; a plane to cut along is no step.
     const Target::Kind kind = drag_->handle().target.kind;

@@ -8,26 +8,34 @@ namespace argil::studio {
 namespace {
 
 // Clay by the operation, whose result is shown before it is there; a part at once, with its mesh.
-void scaleThing(const Context& context, engine::Id id, double factor, const Vec3d& aboutMm) {
+void scaleThing(const Context& context, engine::Id id, const Vec3d& factors, const Vec3d& aboutMm) {
   const engine::Document& document = *context.now.document;
   if (const engine::Piece* piece = document.piece(id)) {
     engine::PieceArguments arguments;
     arguments.pieces = {id};
     auto& values = arguments.change<engine::ScaleValues>();
-    values.percent = 100 * factor;
-    values.aboutMm = aboutMm;
-    context.state.growing = GrownPiece{.piece = id, .factor = factor, .aboutMm = aboutMm, .before = piece->version};
+    int axis = 0;
+    (factors - Vec3d::Ones()).cwiseAbs().maxCoeff(&axis);
+    values.percent = 100 * factors[axis];
+    const bool alike = factors == Vec3d::Constant(factors[axis]);
+    if (alike)
+      values.aboutMm = aboutMm;
+    else
+      arguments.plane = {aboutMm, Vec3d::Unit(axis)};
+    context.state.growing = GrownPiece{.piece = id, .factors = factors, .aboutMm = aboutMm, .before = piece->version};
     context.state.grown = context.state.growing;
-    context.bench.operate("scale", arguments);
+    context.bench.operate(alike ? "scale" : "stretch", arguments);
   } else if (const engine::Part* part = document.part(id)) {
-    context.bench.edit("Scale " + part->name, [id, factor, aboutMm](engine::Document& d) {
+    context.bench.edit("Scale " + part->name, [id, factors, aboutMm](engine::Document& d) {
       engine::Part* each = d.part(id);
       if (!each || !each->mesh) return;
       auto mesh = std::make_shared<clay::TriangleMesh>(*each->mesh);
-      for (Vec3d& position : mesh->positions) position *= factor;
+      const Eigen::Quaterniond& turn = each->pose.rotation;
+      for (Vec3d& position : mesh->positions)
+        position = turn.conjugate() * factors.cwiseProduct(Vec3d(turn * position));
       each->felt = std::make_shared<const haptics::PartMesh>(*mesh);
       each->mesh = std::move(mesh);
-      each->pose.translation = aboutMm + factor * (each->pose.translation - aboutMm);
+      each->pose.translation = aboutMm + factors.cwiseProduct(each->pose.translation - aboutMm);
     });
   }
 }
@@ -57,8 +65,8 @@ World worldOf(const Context& context) {
     bench.edit(std::move(label), std::move(change), std::move(merge));
   };
   world.endMerge = [&bench] { bench.endMerge(); };
-  world.scale = [&context](engine::Id id, double factor, const Vec3d& aboutMm) {
-    scaleThing(context, id, factor, aboutMm);
+  world.scale = [&context](engine::Id id, const Vec3d& factors, const Vec3d& aboutMm) {
+    scaleThing(context, id, factors, aboutMm);
   };
   world.setWorkspace = [&bench](const haptics::Workspace& workspace) { bench.setWorkspace(workspace); };
   return world;

@@ -29,8 +29,8 @@ struct World {
   /// As Workbench::edit and the like.
   std::function<void(std::string, std::function<void(engine::Document&)>, std::string)> edit;
   std::function<void()> endMerge;
-  /// Scales a piece or a part about a place of the world.
-  std::function<void(engine::Id, double factor, const Vec3d& aboutMm)> scale;
+  /// Scales a piece or a part along the world's axes about a place of the world.
+  std::function<void(engine::Id, const Vec3d& factors, const Vec3d& aboutMm)> scale;
   std::function<void(const haptics::Workspace&)> setWorkspace;
 };
 
