@@ -53,7 +53,7 @@ constexpr float kDeeper = 0.03f, kDeeperAtCrease = 0.08f;
 constexpr float kClose = 0.1f, kMisfit = 0.25f, kNear = 0.4f, kMisfitBeyond = 0.25f;
 // Voxels from a crease to those that tell whether it is rounded, how much nearer than two faces the surface is there,
 // in the mean, at a crease and in a rounding that has none, and voxels along the crease that count with both its ways.
-constexpr float kBesideCrease = 1, kSharp = 0.05f, kRounded = 0.12f, kAlongBoth = 0.25f;
+constexpr float kBesideCrease = 1, kSharp = 0.08f, kRounded = 0.13f, kAlongBoth = 0.25f;
 // Less weight of them tells nothing.
 constexpr float kTold = 0.05f;
 // How far the mean of a cell's crossings may be from where its one face has them, voxels: beyond an edge distances are
@@ -404,10 +404,9 @@ HWY_INLINE Corners compare(const Floats (&phi)[8], const Face (&faces)[2], Float
 
 // How much of the crease between two faces there is, by the voxels beside it: a rounding fills a valley and takes an
 // edge off. All around the cell, so that cells in a row say the same. `at`: a point of the crease.
-HWY_INLINE Floats shareOf(const CrispCells& cells, int lane, const Face (&faces)[2], const Corners& corners,
-                          const Vector& at) {
+HWY_INLINE Floats shareOf(const CrispCells& cells, int lane, const Face (&faces)[2], Mask convex, const Vector& at) {
   const Tag d;
-  const Floats zero = all(0), one = all(1), turn = hn::IfThenElse(corners.convex, all(-1), one);
+  const Floats zero = all(0), one = all(1), turn = hn::IfThenElse(convex, all(-1), one);
   Mask known = hn::FirstN(d, kLanes);
   const Vector along = normalized(cross(faces[0].normal, faces[1].normal), known);
   const Floats cosine = dot(faces[0].normal, faces[1].normal);
@@ -452,8 +451,7 @@ HWY_INLINE Floats shareOf(const CrispCells& cells, int lane, const Face (&faces)
   };
   const Floats whole = hn::Add(weights[0], weights[1]),
                both = only(hn::Gt(whole, all(kTold)), meanOf(hn::Add(sums[0], sums[1]), whole)),
-               either = hn::Min(both, hn::Min(meanOf(sums[0], weights[0]), meanOf(sums[1], weights[1])));
-  const Floats mean = hn::IfThenElse(corners.explained, both, either);
+               mean = hn::Min(both, hn::Min(meanOf(sums[0], weights[0]), meanOf(sums[1], weights[1])));
   return hn::Min(one, hn::Max(zero, hn::Div(hn::Sub(all(kRounded), mean), all(kRounded - kSharp))));
 }
 
@@ -552,7 +550,7 @@ void Place(const CrispCells& cells, const BlockPlanes& planes, CrispVertices& ou
     hn::StoreU(place.x, d, out.crease[0] + lane);
     hn::StoreU(place.y, d, out.crease[1] + lane);
     hn::StoreU(place.z, d, out.crease[2] + lane);
-    hn::StoreU(shareOf(cells, lane, there, corners, place), d, out.share + lane);
+    hn::StoreU(shareOf(cells, lane, there, corners.convex, place), d, out.share + lane);
     if (!hn::AllFalse(d, beside)) {
       const Mask second = met.faces[1];
       Face face{select(second, there[1].normal, there[0].normal),

@@ -346,7 +346,7 @@ class Placement {
     std::array<Suspect*, kAtOnce> open;
     size_t count = 0;
     for (Suspect& s : suspects())
-      if ((s.found.kind == CreaseVertex::Kind::none ? s.kinked : !s.explained) && isBetweenFlatFaces(s))
+      if ((s.found.kind == CreaseVertex::Kind::none ? s.kinked : !s.explained || s.share < 1) && isBetweenFlatFaces(s))
         open[count++] = &s;
     if (count > 0) placeAtCorners({open.data(), count});
   }
@@ -358,7 +358,9 @@ class Placement {
       const auto [x, y, z] = placeOf(*s);
       const CreaseVertex corner =
           placeAtCrease(cellOf(*s, {planes.data(), fits.around(x + kAround, y + kAround, z + kAround, planes.data())}));
-      if (corner.kind == CreaseVertex::Kind::corner || s->found.kind == CreaseVertex::Kind::none) s->found = corner;
+      if (corner.kind != CreaseVertex::Kind::corner && s->found.kind != CreaseVertex::Kind::none) continue;
+      s->found = corner;
+      s->share = 1;
     }
   }
 
@@ -404,7 +406,7 @@ class Placement {
         s.found.normal = at(found.normal);
         s.curved = has(found.curved);
         s.explained = has(found.explained);
-        s.share = found.share[k];
+        s.share = isHard(s) ? 1 : found.share[k];
         if (s.kinked && s.found.kind == CreaseVertex::Kind::face) markPassed(s, at(found.crease));
       } else if (has(found.third)) {
         s.found = byThreeFaces(s, *cells_.rule[k], {cells_.plane[k], static_cast<size_t>(cells_.planes[k])});
