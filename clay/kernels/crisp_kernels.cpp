@@ -51,11 +51,6 @@ constexpr float kDeeper = 0.03f, kDeeperAtCrease = 0.08f;
 // Limit by how much the cell's values may differ from the faces' field on the side where that is exact, voxels: where
 // the faces explain the cell, and at all; and for each voxel that they are farther than kNear from the surface.
 constexpr float kClose = 0.1f, kMisfit = 0.25f, kNear = 0.4f, kMisfitBeyond = 0.25f;
-// Voxels from a crease to those that tell whether it is rounded, how much nearer than two faces the surface is there,
-// in the mean, at a crease and in a rounding that has none, and voxels along the crease that count with both its ways.
-constexpr float kBesideCrease = 1, kSharp = 0.08f, kRounded = 0.13f, kAlongBoth = 0.25f;
-// Less weight of them tells nothing.
-constexpr float kTold = 0.05f;
 // How far the mean of a cell's crossings may be from where its one face has them, voxels: beyond an edge distances are
 // too short, and what they say of the crossings is less so.
 constexpr float kMostShift = 0.25f;
@@ -402,59 +397,6 @@ HWY_INLINE Corners compare(const Floats (&phi)[8], const Face (&faces)[2], Float
   return corners;
 }
 
-// How much of the crease between two faces there is, by the voxels beside it: a rounding fills a valley and takes an
-// edge off. All around the cell, so that cells in a row say the same. `at`: a point of the crease.
-HWY_INLINE Floats shareOf(const CrispCells& cells, int lane, const Face (&faces)[2], Mask convex, const Vector& at) {
-  const Tag d;
-  const Floats zero = all(0), one = all(1), turn = hn::IfThenElse(convex, all(-1), one);
-  Mask known = hn::FirstN(d, kLanes);
-  const Vector along = normalized(cross(faces[0].normal, faces[1].normal), known);
-  const Floats cosine = dot(faces[0].normal, faces[1].normal);
-  // Distances two voxels around the cell, turned so that the crease is a valley.
-  constexpr int kWide = 6, kNext[3] = {kWide * kWide, kWide, 1};
-  Floats wide[kWide * kWide * kWide];
-  for (int i = 0; i < kWide * kWide * kWide; ++i) {
-    const int offset = (i / 36 - 2) * cells.stepX + (i / 6 % 6 - 2) * cells.stepY + i % 6 - 2;
-    wide[i] = hn::Mul(turn, loadEach(d, [&](int k) { return cells.phi[lane + k] + offset; }));
-  }
-  Floats weights[2] = {zero, zero}, sums[2] = {zero, zero};
-  for (int x = 1; x < kWide - 1; ++x)
-    for (int y = 1; y < kWide - 1; ++y)
-      for (int z = 1; z < kWide - 1; ++z) {
-        const Vector p{all(static_cast<float>(x - 2)), all(static_cast<float>(y - 2)), all(static_cast<float>(z - 2))},
-            to = p - at;
-        const Floats far = dot(to, along), aside = hn::Max(zero, hn::Sub(dot(to, to), hn::Mul(far, far)));
-        Floats weight = hn::Max(zero, hn::Sub(one, hn::Mul(aside, all(1 / (kBesideCrease * kBesideCrease)))));
-        if (hn::AllFalse(d, hn::Gt(weight, zero))) continue;
-        // Outside the nearer face counts, inside the nearest place of the faces as far as they reach; but only beside a
-        // voxel of the other side is a distance one to where the faces meet.
-        const int here = (x * kWide + y) * kWide + z;
-        const Floats phi = wide[here], a = hn::Mul(turn, faces[0].at(p)), b = hn::Mul(turn, faces[1].at(p)),
-                     few = hn::Min(a, b);
-        Mask exact = hn::Gt(hn::Max(few, phi), zero);
-        for (const int step : kNext) exact = hn::Or(exact, hn::Gt(hn::Max(wide[here - step], wide[here + step]), zero));
-        weight = only(exact, weight);
-        const auto reach = [&](Floats own, Floats other) {
-          return hn::IfThenElse(hn::Ge(other, hn::Mul(own, cosine)), hn::Neg(hn::Abs(own)), all(-1e3f));
-        };
-        const Floats depth = hn::Max(hn::Neg(hn::Sqrt(aside)), hn::Max(reach(a, b), reach(b, a))),
-                     wedge = hn::IfThenElse(hn::Gt(few, zero), few, depth);
-        // One way along the crease and the other: where a third face is, one of them has none.
-        for (int way = 0; way < 2; ++way) {
-          const Floats own = only(way == 0 ? hn::Lt(far, all(kAlongBoth)) : hn::Gt(far, all(-kAlongBoth)), weight);
-          weights[way] = hn::Add(weights[way], own);
-          sums[way] = hn::Add(sums[way], hn::Mul(own, hn::Sub(wedge, phi)));
-        }
-      }
-  const auto meanOf = [](Floats sum, Floats weight) {
-    return hn::IfThenElse(hn::Gt(weight, all(kTold)), hn::Div(sum, hn::Max(weight, all(kTold))), all(1));
-  };
-  const Floats whole = hn::Add(weights[0], weights[1]),
-               both = only(hn::Gt(whole, all(kTold)), meanOf(hn::Add(sums[0], sums[1]), whole)),
-               mean = hn::Min(both, hn::Min(meanOf(sums[0], weights[0]), meanOf(sums[1], weights[1])));
-  return hn::Min(one, hn::Max(zero, hn::Div(hn::Sub(all(kRounded), mean), all(kRounded - kSharp))));
-}
-
 // Where the crossed edges of a cell cross the faces: the mean of the crossings, and whether each face is crossed.
 struct Met {
   Vector middle;
@@ -550,7 +492,6 @@ void Place(const CrispCells& cells, const BlockPlanes& planes, CrispVertices& ou
     hn::StoreU(place.x, d, out.crease[0] + lane);
     hn::StoreU(place.y, d, out.crease[1] + lane);
     hn::StoreU(place.z, d, out.crease[2] + lane);
-    hn::StoreU(shareOf(cells, lane, there, corners.convex, place), d, out.share + lane);
     if (!hn::AllFalse(d, beside)) {
       const Mask second = met.faces[1];
       Face face{select(second, there[1].normal, there[0].normal),

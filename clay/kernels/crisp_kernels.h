@@ -71,8 +71,6 @@ struct CrispVertices {
   unsigned third;      ///< It is neither, and planes of neither face have a tenth of the weight.
   unsigned curved;     ///< One of the faces turns within the reach of its planes.
   unsigned explained;  ///< The cell is inside and outside as the faces say, and nearly as far.
-  /// How much of the crease there is, 0 to 1: a rounding of a voxel has none. Of edges and faces.
-  alignas(64) float share[kCrispCells];
   alignas(64) float position[3][kCrispCells];  ///< From `low`.
   alignas(64) float normal[3][kCrispCells];    ///< The faces' sum: of any length.
   alignas(64) float crease[3][kCrispCells];    ///< The point of the crease that is nearest to a vertex on a face.

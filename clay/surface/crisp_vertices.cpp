@@ -266,7 +266,6 @@ class Placement {
     Suspect& s = suspects_[count_++];
     s.vertex = vertex, s.cell = cell, s.edges = edges;
     s.kinked = s.curved = false, s.explained = true;
-    s.share = 1;
     s.found.kind = CreaseVertex::Kind::none;
     if (count_ == suspects_.size()) place();
   }
@@ -289,7 +288,6 @@ class Placement {
     uint16_t cell;  // x·64 + y·8 + z
     uint16_t edges;
     bool kinked, curved, explained;
-    float share;  // of the crease
     CreaseVertex found;
   };
 
@@ -303,9 +301,8 @@ class Placement {
       if (isHard(s)) hard_.set(s.cell);
       if (found.kind == CreaseVertex::Kind::none) continue;
       if (curvedAlone_ && (!s.curved || found.kind != CreaseVertex::Kind::edge)) continue;
-      if (s.share <= 0) continue;
-      brick_.positions[s.vertex] += s.share * (found.position - brick_.positions[s.vertex]);
-      if (s.share >= 1 && found.kind != CreaseVertex::Kind::face) onCrease_.set(s.vertex);
+      brick_.positions[s.vertex] = found.position;
+      if (found.kind != CreaseVertex::Kind::face) onCrease_.set(s.vertex);
       if (wantNormals_) brick_.normals[s.vertex] = found.packedNormal();
     }
     count_ = 0;
@@ -346,7 +343,7 @@ class Placement {
     std::array<Suspect*, kAtOnce> open;
     size_t count = 0;
     for (Suspect& s : suspects())
-      if ((s.found.kind == CreaseVertex::Kind::none ? s.kinked : !s.explained || s.share < 1) && isBetweenFlatFaces(s))
+      if ((s.found.kind == CreaseVertex::Kind::none ? s.kinked : !s.explained) && isBetweenFlatFaces(s))
         open[count++] = &s;
     if (count > 0) placeAtCorners({open.data(), count});
   }
@@ -358,9 +355,7 @@ class Placement {
       const auto [x, y, z] = placeOf(*s);
       const CreaseVertex corner =
           placeAtCrease(cellOf(*s, {planes.data(), fits.around(x + kAround, y + kAround, z + kAround, planes.data())}));
-      if (corner.kind != CreaseVertex::Kind::corner && s->found.kind != CreaseVertex::Kind::none) continue;
-      s->found = corner;
-      s->share = 1;
+      if (corner.kind == CreaseVertex::Kind::corner || s->found.kind == CreaseVertex::Kind::none) s->found = corner;
     }
   }
 
@@ -406,7 +401,6 @@ class Placement {
         s.found.normal = at(found.normal);
         s.curved = has(found.curved);
         s.explained = has(found.explained);
-        s.share = isHard(s) ? 1 : found.share[k];
         if (s.kinked && s.found.kind == CreaseVertex::Kind::face) markPassed(s, at(found.crease));
       } else if (has(found.third)) {
         s.found = byThreeFaces(s, *cells_.rule[k], {cells_.plane[k], static_cast<size_t>(cells_.planes[k])});

@@ -237,54 +237,6 @@ TEST(RimProperty, StrokesThatTurnHaveNoTeeth) {
   }
 }
 
-// A valley or an edge that is rounded by about a voxel is neither a crease nor a face: sharp in one cell and round in
-// the next, it is a row of teeth.
-TEST(RimProperty, RoundingsOfAVoxelHaveFewTeeth) {
-  constexpr uint64_t kSeed = 75;
-  std::mt19937_64 random(kSeed);
-  std::uniform_real_distribution<double> shift(-1, 1);
-  for (const double radius : {0.75, 1.0, 1.25, 1.5, 2.0}) {
-    Teeth draft, crisp;
-    for (int i = 0; i < tests::byTier(12, 100); ++i) {
-      const Eigen::Matrix3d axes =
-          i % 3 == 0 ? randomTurn(random) : Eigen::Matrix3d(Eigen::AngleAxisd(shift(random), Vec3d::UnitZ()));
-      const Vec3d middle(shift(random), shift(random), i % 3 == 1 ? 0 : shift(random));
-      const bool valley = i % 2 == 0;
-      // Quadrants of space, one of them clay or air, with a cylinder where their faces would meet.
-      const auto rounded = [&](const Vec3d& p) {
-        const double a = axes.col(2).dot(p - middle), b = axes.col(0).dot(p - middle);
-        const double d =
-            std::max(radius, std::min(a, b)) - std::hypot(std::max(radius - a, 0.0), std::max(radius - b, 0.0));
-        return valley ? d : -d;
-      };
-      const Version clay =
-          clayOf(Store::make(), 24, [&](const Vec3d& p) { return std::max(rounded(p), p.norm() - 18); });
-      for (const Grade grade : {Grade::draft, Grade::crisp}) {
-        const TriangleMesh mesh = meshOf(clay, grade);
-        ASSERT_TRUE(checkTopology(mesh).closed());
-        Teeth& teeth = grade == Grade::draft ? draft : crisp;
-        for (const auto& t : mesh.triangles) {
-          const Vec3d &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
-          const Vec3d at = (a + b + c) / 3 - middle;
-          if (std::hypot(axes.col(0).dot(at), axes.col(2).dot(at)) > 4 || at.norm() > 12) continue;
-          for (const Vec3d& p : {a, b, c, Vec3d((a + b + c) / 3)}) {
-            const double away = std::abs(rounded(p));
-            ++teeth.places;
-            teeth.off += away > 0.2;
-            teeth.most = std::max(teeth.most, away);
-          }
-        }
-      }
-    }
-    std::printf(
-        "radius %.2f: draft %.2f %% of the places off by more than 0.2 voxel, %.2f at most; crisp %.2f %%, %.2f\n",
-        radius, 100 * draft.share(), draft.most, 100 * crisp.share(), crisp.most);
-    // Without a look at the rounding 5.7 % more than in the draft at 1.25 voxels.
-    EXPECT_LE(crisp.share(), draft.share() + 0.025) << radius << ", seed " << kSeed;
-    EXPECT_LE(crisp.most, 0.6) << radius;
-  }
-}
-
 // Following edits gives the bits of an extraction from nothing, though rims look four voxels beyond their brick.
 TEST(RimProperty, FollowedRimsAreThoseOfAFreshSurface) {
   constexpr uint64_t kSeed = 73;
