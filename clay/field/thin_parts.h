@@ -130,37 +130,32 @@ class ThinVoxels {
 /// Returns what went; `changed` gets the bricks that may have changed.
 ThinParts removeThin(Editor& editor, std::span<const Coord> bricks, std::vector<Coord>& changed);
 
-/// Distance to a clay at any place, voxels: by splines near the surface, as straight lines between voxels cut off what
-/// convex faces curve.
-[[nodiscard]] inline float splineDistance(Sampler& field, const Vec3d& voxel) {
-  constexpr float kNear = 2;  // voxels
-  const float straight = field.trilinear(voxel);
-  Vec3f slope;
-  return std::abs(straight) < kNear ? field.tricubic(voxel, slope) : straight;
-}
+/// Voxels from a voxel beside clay that is thinner than one to either of its surfaces, at most.
+inline constexpr float kThinReach = 2.5f;
 
 /// Volume, voxels³, of the intersection of two solids in `bricks` that `editor`, made to hold it, does not hold: clay
 /// without a voxel near it that is inside, such as a cap that is lower than a voxel. Beside clay that is held nothing
-/// counts, so of a cap of one to two voxels, whose brim is lost too, it is less than what went. `a(voxel)`, `b(voxel)`:
-/// distances to both solids anywhere, in voxels, nearly linear along a voxel.
-template <class A, class B>
-[[nodiscard]] double volumeBetweenVoxels(const Editor& editor, std::span<const Coord> bricks, const A& a, const B& b) {
-  constexpr double kFar = 1.5;  // voxels: the surfaces of what is thinner than a voxel are nearer
-  constexpr int kLines = 4;     // across a voxel, each way
+/// counts, so of a cap of one to two voxels, whose brim is lost too, it is less than what went. `a(p)`, `b(p)`:
+/// distances to both solids anywhere, in voxels, nearly linear along a voxel; `isNear(voxel)`: whether both surfaces may
+/// be within kThinReach, so that most voxels cost a look. One thread.
+template <class Near, class A, class B>
+[[nodiscard]] double volumeBetweenVoxels(const Editor& editor, std::span<const Coord> bricks, const Near& isNear,
+                                         const A& a, const B& b) {
+  constexpr int kLines = 4;  // across a voxel, each way
   Sampler field(editor);
   const auto isHeld = [&](Coord cell) {
     for (int i = 0; i < 64; ++i)
       if (field.voxel(cell + Coord{(i >> 4) - 1, ((i >> 2) & 3) - 1, (i & 3) - 1}) < 0) return true;
     return false;
   };
-  const auto isNear = [](double distance) { return distance > -kFar && distance < 1; };
   double volume = 0;
   for (const Coord brick : bricks) {
     for (int v = 0; v < kBrickVoxels; ++v) {
       const Coord cell = brick * kBrickEdge + Coord{v >> 6, (v >> 3) & 7, v & 7};
-      if (field.voxel(cell) < 0) continue;
-      const Vec3d first = cell.toVec3d(), middle = first + Vec3d::Constant(0.5);
-      if (!isNear(a(middle)) || !isNear(b(middle)) || isHeld(cell)) continue;
+      if (!isNear(cell) || field.voxel(cell) < 0) continue;
+      const Vec3d low = cell.toVec3d(), middle = low + Vec3d::Constant(0.5);
+      const auto mayLie = [](double distance) { return distance > -kThinReach && distance < 1; };
+      if (!mayLie(b(middle)) || !mayLie(a(middle)) || isHeld(cell)) continue;
       // Along the axis that is nearest to square to b both are linear, so what is inside of both is a part of a line.
       Vec3d slope;
       for (int axis = 0; axis < 3; ++axis)
@@ -169,14 +164,14 @@ template <class A, class B>
       slope.maxCoeff(&along);
       const Vec3d step = Vec3d::Unit(along), right = Vec3d::Unit((along + 1) % 3), up = Vec3d::Unit((along + 2) % 3);
       for (int line = 0; line < kLines * kLines; ++line) {
-        const Vec3d from = first + ((line / kLines + 0.5) * right + (line % kLines + 0.5) * up) / kLines,
+        const Vec3d from = low + ((line / kLines + 0.5) * right + (line % kLines + 0.5) * up) / kLines,
                     to = from + step;
         double begin = 0, end = 1;
-        const auto clip = [&](double low, double high) {
-          if (low >= 0 && high >= 0) end = 0;
-          if ((low < 0) == (high < 0)) return;
-          const double zero = low / (low - high);
-          if (low < 0)
+        const auto clip = [&](double there, double beyond) {
+          if (there >= 0 && beyond >= 0) end = 0;
+          if ((there < 0) == (beyond < 0)) return;
+          const double zero = there / (there - beyond);
+          if (there < 0)
             end = std::min(end, zero);
           else
             begin = std::max(begin, zero);

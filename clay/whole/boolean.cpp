@@ -120,13 +120,13 @@ class Combiner {
   /// intersection.
   [[nodiscard]] double volumeBetween() {
     return volumeBetweenVoxels(
-        editor_, creases_,
-        [&](const Vec3d& p) {
-          const Coord voxel{int(std::floor(p.x())), int(std::floor(p.y())), int(std::floor(p.z()))};
-          return !facing_.empty() && facing_.holds(voxel) ? double(kHiding)
-                                                          : double(turned(turnA_, splineDistance(fieldA_, p)));
+        editor_, rims_,
+        [&](Coord voxel) {
+          return std::abs(fieldA_.voxel(voxel)) < kThinReach && std::abs(fieldB_.voxel(voxel)) < kThinReach &&
+                 !facing_.holds(voxel);
         },
-        [&](const Vec3d& p) { return double(turned(turnB_, splineDistance(fieldB_, p))); });
+        [&](const Vec3d& p) { return double(turned(turnA_, fieldA_.distance(p))); },
+        [&](const Vec3d& p) { return double(turned(turnB_, fieldB_.distance(p))); });
   }
   /// Voxels where both surfaces face each other.
   [[nodiscard]] const ThinVoxels& facing() const { return facing_; }
@@ -209,11 +209,12 @@ class Combiner {
     const float band = editor_.grid().band;
     BrickValues phi, scratchA, scratchB;
     const BrickValues &valuesA = a.values(scratchA), &valuesB = b.values(scratchB);
-    bool ends = false, near = false;
+    bool ends = false, near = false, rim = false;
     for (int i = 0; i < kBrickVoxels; ++i) {
       const float pa = turnA_ ? -valuesA[i] : valuesA[i], pb = turnB_ ? -valuesB[i] : valuesB[i];
       float value = std::max(pa, pb);
       near |= isNear(pa, pb, band);
+      rim |= std::abs(pa) < kThinReach && std::abs(pb) < kThinReach;
       if (mayEnd(pa, pb, band)) {
         ends = true;
         value = outside(voxelOf(a.coord, i), pa, pb);
@@ -224,6 +225,7 @@ class Combiner {
     editor_.setVoxels(a.coord, phi);
     // What is no distance beside an edge of either solid was a bound before, or is one now.
     if (ends || (near && !isSlopeOne(phi, band - 1, kSlopeOff))) creases_.push_back(a.coord);
+    if (rim) rims_.push_back(a.coord);
     if (channels_ || channelsB_) met_.push_back(a.coord);
   }
 
@@ -256,7 +258,7 @@ class Combiner {
   bool turnA_, turnB_, channels_, channelsB_;
   ThinVoxels facing_;
   Sampler fieldA_, fieldB_;
-  std::vector<Coord> creases_, met_, fallen_;
+  std::vector<Coord> creases_, met_, fallen_, rims_;  // rims_: with voxels near both surfaces
   uint64_t done_ = 0, all_;
   WorkPart part_;
 };

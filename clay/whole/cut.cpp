@@ -69,8 +69,8 @@ class Cutter {
     limitSlopes(editor_, ends_, threads_, part.part(0.8, 1));
     if (gone_ != nullptr)
       gone_->betweenVoxels += volumeBetweenVoxels(
-          editor_, cutBricks_, [&](const Vec3d& p) { return double(splineDistance(field, p)); },
-          [&](const Vec3d& p) { return distance(p); });
+          editor_, rims_, [&](Coord voxel) { return std::abs(field.voxel(voxel)) < kThinReach; },
+          [&](const Vec3d& p) { return double(field.distance(p)); }, [&](const Vec3d& p) { return distance(p); });
     keepChannels(editor_, version_);
     return editor_.commit();
   }
@@ -120,12 +120,13 @@ class Cutter {
   void compute() {
     const Grid& grid = version_.grid();
     std::vector<std::array<float, kBrickVoxels>> fields(std::min(kBatch, cutBricks_.size()));
-    std::vector<uint8_t> ends(fields.size());
+    std::vector<uint8_t> ends(fields.size()), rims(fields.size());
     std::vector<BrickMask> facing(fields.size());
     std::atomic<size_t> done{0};
     for (size_t begin = 0; begin < cutBricks_.size(); begin += kBatch) {
       const size_t count = std::min(kBatch, cutBricks_.size() - begin);
       std::fill(ends.begin(), ends.end(), uint8_t{0});
+      std::fill(rims.begin(), rims.end(), uint8_t{0});
       std::fill(facing.begin(), facing.end(), BrickMask{});
       parallelBlocks(
           count, threads_,
@@ -144,6 +145,7 @@ class Cutter {
                   ends[i] = 1;
                   value = outside(field, voxelOf(brick, v), own, off);
                 }
+                if (std::abs(own) < kThinReach && std::abs(off) < kThinReach) rims[i] = 1;
                 if (own + off > -kThinnest && own + off < kHiding && faces(field, voxelOf(brick, v), own, off))
                   facing[i][static_cast<size_t>(v >> 6)] |= uint64_t{1} << (v & 63);
                 fields[i][static_cast<size_t>(v)] = value;
@@ -157,6 +159,7 @@ class Cutter {
       for (size_t i = 0; i < count; ++i) {
         editor_.setVoxels(cutBricks_[begin + i], fields[i]);
         if (ends[i] != 0) ends_.push_back(cutBricks_[begin + i]);
+        if (rims[i] != 0) rims_.push_back(cutBricks_[begin + i]);
         for (int v = 0; v < kBrickVoxels; ++v)
           if (holds(facing[i], v))
             facing_.add(voxelOf(cutBricks_[begin + i], v), fields[i][static_cast<size_t>(v)] < 0);
@@ -203,6 +206,7 @@ class Cutter {
     if (facing_.empty()) return;
     ThinParts here;
     facing_.settle(editor_, here);
+    here = {};  // Their volume is among what lies between voxels.
     const std::vector<Coord> around = bricksAround(editor_, facing_.bricks());
     ThinVoxels rest(Tile::outside);
     rest.find(editor_, around);
@@ -223,6 +227,7 @@ class Cutter {
   // Bricks where distances did not stand because what they were measured to is too thin.
   std::vector<Coord> fallen_;
   std::vector<Coord> cutBricks_;
+  std::vector<Coord> rims_;  // with voxels near both surfaces
   std::vector<Coord> ends_;  // with voxels whose distance was measured to what the other side took away
 };
 

@@ -205,7 +205,8 @@ constexpr std::array kStretch{
     valueRow<&ScaleValues::percent>({
         .id = "length",
         .name = "Length",
-        .help = "Of the length that it has: 200 makes it twice as long square to the plane.",
+        .help =
+            "Length after it, in percent of the length before: 200 makes the piece twice as long square to the plane.",
         .unit = "%",
         .low = kLeastPercent,
         .high = kMostPercent,

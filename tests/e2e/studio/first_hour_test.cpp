@@ -190,7 +190,7 @@ TEST_P(FirstHour, ASideOfTheBoxOfTStretchesThePieceAlongOneAxis) {
       person.move(square[0], square[1] - by * i / 5);
       person.ready();
     }
-    // What is dragged is under the hand, and the top is there before the clay is.
+    // The picture follows the hand before the clay is worked out.
     const render::Image dragged = person.shot(name);
     EXPECT_GT(difference(part(handles, 390, 100, 940, 600), part(dragged, 390, 100, 940, 600)), 0.02);
     person.release();
@@ -348,7 +348,7 @@ TEST_P(FirstHour, ADialogLeavesItsPreviewInSight) {
   EXPECT_GT(difference(seen(pegs), seen(before)), 0.005) << "pegs and plane are shown";
 }
 
-// What an offset inwards leaves is drawn in the clay's place; where nothing is left the dialog says so and does
+// An offset inwards draws what it will leave in the clay's place; where nothing is left the dialog says so and does
 // nothing.
 TEST_P(FirstHour, AnOffsetInwardsShowsWhatRemains) {
   const std::string file = block();  // 60 × 60 × 40 mm: nothing is left from 20 mm on.
@@ -409,7 +409,7 @@ TEST_P(FirstHour, AnOffsetInwardsShowsWhatRemains) {
   EXPECT_TRUE(saved() == before);
   typed("-10");
   EXPECT_GT(clay(until(person, [&](const render::Image& now) { return clay(now) > 0.9 * ten; })), 0.9 * ten);
-  // What was shown is what it is then.
+  // The preview is what comes of it.
   const render::Image shown = person.settled();
   person.key("enter");
   const Saved left = otherClay(person, before);

@@ -41,7 +41,7 @@ class Joins {
     const Version whole = shape();
     if (kind == 4) {
       const Version tool = plug();
-      // Where a plug comes out nearly along the surface, thin clay beside it goes and is told of, to a third of it.
+      // Thin clay beside a plug that comes out nearly along the surface goes, and is told of to a third of it.
       const Version rest = combine(whole, tool, Combination::cut, {.gone = &gone_});
       expectAsOne(combine(rest, tool, Combination::join), combine(whole, tool, Combination::join), lost(), 0.0015);
     } else if (kind == 3) {
@@ -103,7 +103,7 @@ class Joins {
     return combine(cut(whole, divider, true, whole.store(), nullptr, 0, &gone_),
                    cut(whole, divider, false, Store::make(), nullptr, 0, &gone_), Combination::join);
   }
-  // What cuts say that they lost, mm³: caps that are lower than a voxel.
+  // Volume that cuts say they lost, mm³: caps that are lower than a voxel.
   [[nodiscard]] double lost() const { return (gone_.clayVolume + gone_.betweenVoxels) * std::pow(grid_.voxelMm, 3); }
   // Beside the block that both are.
   void stacked() {

@@ -271,8 +271,8 @@ void beginOperation(Context& context, Memory& memory, std::string_view id) {
 
 namespace {
 
-// What becomes thinner is shown as it was worked out: beside edges vertices that move inwards would pass those of the
-// other face, and stand out of what there will be like fins.
+// Shows clay that becomes thinner as it was worked out: beside edges, vertices that move inwards would pass those of
+// the other face and stand out like fins.
 std::optional<GrownPiece> grownBy(const engine::PieceJob& row, const engine::PieceArguments& arguments,
                                   const OffsetPreview& inwards) {
   if (!row.growsMm || arguments.pieces.size() != 1) return std::nullopt;

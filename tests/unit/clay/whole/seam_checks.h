@@ -28,8 +28,8 @@ inline void expectOneBody(const Version& version, double area, double volume, do
   EXPECT_NEAR(report.volume / volume, 1, volumeOff);
 }
 
-/// The same beside a clay that never was in parts, of which an operation said that it lost `lost` mm³, some of which
-/// may have come back: the faces of what is lost were about as large as what lies open now.
+/// Compares a clay with one that never was in parts. `lost`: mm³ that an operation said it lost, some of which may have
+/// come back; the faces of what is lost were about as large as what lies open now.
 inline void expectAsOne(const Version& version, const Version& whole, double lost = 0, double volumeOff = 0.001) {
   const TopologyReport right = measured(whole);
   expectOneBody(version, right.area, right.volume - lost / 2, lost > 0 ? 0.01 : 0.005,

@@ -75,7 +75,7 @@ TEST(Seam, CapsThatNoVoxelHoldsAreTold) {
       (void)cut(both, PlaneDivider(Vec3d::Zero(), {0, 0, 1}), true, Store::make(), nullptr, 0, &below);
       EXPECT_EQ(below.betweenVoxels, 0);
     }
-    // Of a higher one never more than what went.
+    // Looks at higher caps, of which never more is told than went.
     for (const double height : {1.2, 1.5, 2.5, 4.0}) {
       const double h = height * voxel;
       ThinParts gone;
