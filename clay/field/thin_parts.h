@@ -136,8 +136,8 @@ inline constexpr float kThinReach = 2.5f;
 /// Volume, voxels³, of the intersection of two solids in `bricks` that `editor`, made to hold it, does not hold: clay
 /// without a voxel near it that is inside, such as a cap that is lower than a voxel. Beside clay that is held nothing
 /// counts, so of a cap of one to two voxels, whose brim is lost too, it is less than what went. `a(p)`, `b(p)`:
-/// distances to both solids anywhere, in voxels, nearly linear along a voxel; `isNear(voxel)`: whether both surfaces may
-/// be within kThinReach, so that most voxels cost a look. One thread.
+/// distances to both solids anywhere, in voxels, nearly linear along a voxel; `isNear(voxel)`: whether both surfaces
+/// may be within kThinReach, so that most voxels cost a look. One thread.
 template <class Near, class A, class B>
 [[nodiscard]] double volumeBetweenVoxels(const Editor& editor, std::span<const Coord> bricks, const Near& isNear,
                                          const A& a, const B& b) {

@@ -51,6 +51,17 @@ constexpr float kDeeper = 0.03f, kDeeperAtCrease = 0.08f;
 // Limit by how much the cell's values may differ from the faces' field on the side where that is exact, voxels: where
 // the faces explain the cell, and at all; and for each voxel that they are farther than kNear from the surface.
 constexpr float kClose = 0.1f, kMisfit = 0.25f, kNear = 0.4f, kMisfitBeyond = 0.25f;
+// Voxels from a crease to those that tell whether it is rounded, and voxels along it that count with both its ways.
+constexpr float kBesideCrease = 1, kAlongBoth = 0.25f;
+// Less weight of them tells nothing.
+constexpr float kTold = 0.05f;
+// One way along a crease counts alone where the faces are exact there within the first, voxels, and less so up to the
+// second, or where the surface is farther from them the other way than the third: another face is there.
+constexpr float kExact = 0.005f, kInexact = 0.03f, kOther = 0.4f, kSurelyOther = 0.5f;
+// How far the tip of two faces stands off a rounding beside that of a right angle: not less and not more than this.
+constexpr float kLeastTip = 0.3f, kMostTip = 2.5f, kRightTip = 0.41421356f;
+// The cosine of 37°: a rounding between faces that meet flatter takes less off than the voxels tell.
+constexpr float kFlatter = 0.8f;
 // How far the mean of a cell's crossings may be from where its one face has them, voxels: beyond an edge distances are
 // too short, and what they say of the crossings is less so.
 constexpr float kMostShift = 0.25f;
@@ -397,6 +408,69 @@ HWY_INLINE Corners compare(const Floats (&phi)[8], const Face (&faces)[2], Float
   return corners;
 }
 
+// How far the tip of two faces stands off the surface, by the voxels beside it: a rounding fills a valley and takes an
+// edge off. In voxels, in the mean, as it would at a right angle. `at`: a point of the crease; `along`: its direction;
+// `third`: planes of neither face are near.
+HWY_INLINE Floats roundingOf(const CrispCells& cells, int lane, const Face (&faces)[2], Mask convex, Mask third,
+                             const Vector& at, Vector& along) {
+  const Tag d;
+  const Floats zero = all(0), one = all(1), turn = hn::IfThenElse(convex, all(-1), one);
+  Mask known = hn::FirstN(d, kLanes);
+  along = normalized(cross(faces[0].normal, faces[1].normal), known);
+  const Floats cosine = dot(faces[0].normal, faces[1].normal);
+  // Distances two voxels around the cell, turned so that the crease is a valley.
+  constexpr int kWide = 6, kNext[3] = {kWide * kWide, kWide, 1};
+  Floats wide[kWide * kWide * kWide];
+  for (int i = 0; i < kWide * kWide * kWide; ++i) {
+    const int offset = (i / 36 - 2) * cells.stepX + (i / 6 % 6 - 2) * cells.stepY + i % 6 - 2;
+    wide[i] = hn::Mul(turn, loadEach(d, [&](int k) { return cells.phi[lane + k] + offset; }));
+  }
+  Floats weights[2] = {zero, zero}, sums[2] = {zero, zero};
+  for (int x = 1; x < kWide - 1; ++x)
+    for (int y = 1; y < kWide - 1; ++y)
+      for (int z = 1; z < kWide - 1; ++z) {
+        const Vector p{all(static_cast<float>(x - 2)), all(static_cast<float>(y - 2)), all(static_cast<float>(z - 2))},
+            to = p - at;
+        const Floats far = dot(to, along), aside = hn::Max(zero, hn::Sub(dot(to, to), hn::Mul(far, far)));
+        Floats weight = hn::Max(zero, hn::Sub(one, hn::Mul(aside, all(1 / (kBesideCrease * kBesideCrease)))));
+        if (hn::AllFalse(d, hn::Gt(weight, zero))) continue;
+        // Outside the nearer face counts, inside the nearest place of the faces as far as they reach; but only beside a
+        // voxel of the other side is a distance one to where the faces meet.
+        const int here = (x * kWide + y) * kWide + z;
+        const Floats phi = wide[here], a = hn::Mul(turn, faces[0].at(p)), b = hn::Mul(turn, faces[1].at(p)),
+                     few = hn::Min(a, b);
+        Mask exact = hn::Gt(hn::Max(few, phi), zero);
+        for (const int step : kNext) exact = hn::Or(exact, hn::Gt(hn::Max(wide[here - step], wide[here + step]), zero));
+        weight = only(exact, weight);
+        const auto reach = [&](Floats own, Floats other) {
+          return hn::IfThenElse(hn::Ge(other, hn::Mul(own, cosine)), hn::Neg(hn::Abs(own)), all(-1e3f));
+        };
+        const Floats depth = hn::Max(hn::Neg(hn::Sqrt(aside)), hn::Max(reach(a, b), reach(b, a))),
+                     wedge = hn::IfThenElse(hn::Gt(few, zero), few, depth);
+        // One way along the crease and the other: where a third face is, one of them has none.
+        for (int way = 0; way < 2; ++way) {
+          const Floats own = only(way == 0 ? hn::Lt(far, all(kAlongBoth)) : hn::Gt(far, all(-kAlongBoth)), weight);
+          weights[way] = hn::Add(weights[way], own);
+          sums[way] = hn::Add(sums[way], hn::Mul(own, hn::Sub(wedge, phi)));
+        }
+      }
+  const auto meanOf = [](Floats sum, Floats weight) {
+    return hn::IfThenElse(hn::Gt(weight, all(kTold)), hn::Div(sum, hn::Max(weight, all(kTold))), all(1));
+  };
+  const Floats whole = hn::Add(weights[0], weights[1]), one0 = meanOf(sums[0], weights[0]),
+               one1 = meanOf(sums[1], weights[1]),
+               both = only(hn::Gt(whole, all(kTold)), meanOf(hn::Add(sums[0], sums[1]), whole)),
+               least = hn::Min(both, hn::Min(one0, one1));
+  const auto ramp = [&](Floats value, float from, float to) {
+    return hn::Min(one, hn::Max(zero, hn::Div(hn::Sub(value, all(from)), all(to - from))));
+  };
+  const Floats alone = hn::Max(ramp(hn::Abs(least), kInexact, kExact), ramp(hn::Max(one0, one1), kOther, kSurelyOther));
+  const Floats mean = hn::IfThenElse(third, least, hn::Add(both, hn::Mul(alone, hn::Sub(least, both))));
+  const Floats half = hn::Sqrt(hn::Max(all(0.01f), hn::Mul(all(0.5f), hn::Add(one, cosine)))),
+               tip = hn::Mul(all(1 / kRightTip), hn::Sub(hn::Div(one, half), one));
+  return only(hn::Lt(cosine, all(kFlatter)), hn::Div(mean, hn::Min(all(kMostTip), hn::Max(all(kLeastTip), tip))));
+}
+
 // Where the crossed edges of a cell cross the faces: the mean of the crossings, and whether each face is crossed.
 struct Met {
   Vector middle;
@@ -492,6 +566,11 @@ void Place(const CrispCells& cells, const BlockPlanes& planes, CrispVertices& ou
     hn::StoreU(place.x, d, out.crease[0] + lane);
     hn::StoreU(place.y, d, out.crease[1] + lane);
     hn::StoreU(place.z, d, out.crease[2] + lane);
+    Vector along;
+    hn::StoreU(roundingOf(cells, lane, there, corners.convex, faces.third, place, along), d, out.rounding + lane);
+    hn::StoreU(along.x, d, out.along[0] + lane);
+    hn::StoreU(along.y, d, out.along[1] + lane);
+    hn::StoreU(along.z, d, out.along[2] + lane);
     if (!hn::AllFalse(d, beside)) {
       const Mask second = met.faces[1];
       Face face{select(second, there[1].normal, there[0].normal),
@@ -508,7 +587,7 @@ void Place(const CrispCells& cells, const BlockPlanes& planes, CrispVertices& ou
     }
     add(out.edge, edge);
     add(out.face, beside);
-    add(out.third, hn::And(faces.found, hn::AndNot(hn::Or(edge, beside), faces.third)));
+    add(out.third, hn::And(faces.found, faces.third));
     add(out.explained, corners.explained);
     const auto kept = [](Floats v) { return hn::Min(hn::Max(v, all(-kCrispReach)), all(1 + kCrispReach)); };
     hn::StoreU(kept(place.x), d, out.position[0] + lane);

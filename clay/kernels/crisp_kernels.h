@@ -68,9 +68,13 @@ struct CrispVertices {
   unsigned kinked;     ///< A crease goes through the cell, by kCreaseBend and kCreaseSlope.
   unsigned edge;       ///< The vertex is on the crease, where edges of the cell cross both faces,
   unsigned face;       ///< or on the face that they cross.
-  unsigned third;      ///< It is neither, and planes of neither face have a tenth of the weight.
+  unsigned third;      ///< Planes of neither face have a tenth of the weight.
   unsigned curved;     ///< One of the faces turns within the reach of its planes.
   unsigned explained;  ///< The cell is inside and outside as the faces say, and nearly as far.
+  /// How far the crease stands off the surface, voxels, in the mean over voxels beside it, as it would at a right
+  /// angle: a rounding of a voxel has 0.15. Of edges and faces.
+  alignas(64) float rounding[kCrispCells];
+  alignas(64) float along[3][kCrispCells];     ///< The crease's direction, unit.
   alignas(64) float position[3][kCrispCells];  ///< From `low`.
   alignas(64) float normal[3][kCrispCells];    ///< The faces' sum: of any length.
   alignas(64) float crease[3][kCrispCells];    ///< The point of the crease that is nearest to a vertex on a face.

@@ -38,6 +38,11 @@ constexpr CrispRule kByFlat{.most = kFlat, .blurred = kBlurred, .share = kFlatSh
     kByCurved{.most = kCurvedPlane, .blurred = kBlurred, .share = 0, .least = 3},
     kByAll{.most = kCurvedPlane, .blurred = 0, .share = 0, .least = 1};
 
+// CrispVertices::rounding of a crease, and of a rounding that has none.
+constexpr float kSharp = 0.08f, kRounded = 0.13f;
+// Voxels along a crease to those that tell the same, and the cosine of its turn between them.
+constexpr float kAlong = 2.5f, kSameWay = 0.8f;
+
 // The squared sum of the unit normals of faces that meet at 80°.
 constexpr float kAcute = 1.65f;
 
@@ -266,6 +271,8 @@ class Placement {
     Suspect& s = suspects_[count_++];
     s.vertex = vertex, s.cell = cell, s.edges = edges;
     s.kinked = s.curved = false, s.explained = true;
+    s.share = 1;
+    s.told = false;
     s.found.kind = CreaseVertex::Kind::none;
     if (count_ == suspects_.size()) place();
   }
@@ -281,13 +288,16 @@ class Placement {
   [[nodiscard]] const RimCells& hard() const { return hard_; }
 
  private:
-  static constexpr size_t kAtOnce = 64;
+  static constexpr size_t kAtOnce = 256;
   // A vertex, and what became of it.
   struct Suspect {
     uint16_t vertex;
     uint16_t cell;  // x·64 + y·8 + z
     uint16_t edges;
     bool kinked, curved, explained;
+    bool told;              // whether it is known how much of the crease there is
+    float rounding, share;  // CrispVertices::rounding; of the crease
+    Vec3f crease, along;    // a point and the direction of it
     CreaseVertex found;
   };
 
@@ -295,14 +305,16 @@ class Placement {
 
   void place() {
     byTwoFaces();
+    findShares();
     if (!curvedAlone_) atCorners();
     for (const Suspect& s : suspects()) {
       const CreaseVertex& found = s.found;
       if (isHard(s)) hard_.set(s.cell);
       if (found.kind == CreaseVertex::Kind::none) continue;
       if (curvedAlone_ && (!s.curved || found.kind != CreaseVertex::Kind::edge)) continue;
-      brick_.positions[s.vertex] = found.position;
-      if (found.kind != CreaseVertex::Kind::face) onCrease_.set(s.vertex);
+      if (s.share <= 0) continue;
+      brick_.positions[s.vertex] += s.share * (found.position - brick_.positions[s.vertex]);
+      if (s.share >= 1 && found.kind != CreaseVertex::Kind::face) onCrease_.set(s.vertex);
       if (wantNormals_) brick_.normals[s.vertex] = found.packedNormal();
     }
     count_ = 0;
@@ -336,6 +348,23 @@ class Placement {
     flush();
   }
 
+  // A crease of which one cell says that it is rounded, and the next one that it is not, would be a row of teeth: the
+  // median of those along it counts.
+  void findShares() {
+    std::array<float, kAtOnce> roundings;
+    for (Suspect& s : suspects()) {
+      if (!s.told) continue;
+      size_t count = 0;
+      for (const Suspect& other : suspects())
+        if (other.told && (&other == &s || other.found.kind == CreaseVertex::Kind::edge) &&
+            (other.crease - s.crease).squaredNorm() < kAlong * kAlong && std::abs(other.along.dot(s.along)) > kSameWay)
+          roundings[count++] = other.rounding;
+      std::sort(roundings.begin(), roundings.begin() + static_cast<std::ptrdiff_t>(count));
+      const float median = 0.5f * (roundings[(count - 1) / 2] + roundings[count / 2]);
+      s.share = std::clamp((kRounded - median) / (kRounded - kSharp), 0.0f, 1.0f);
+    }
+  }
+
   // Around a corner of three faces every crossed cell bends, and of a face there may be no plane that counts: there the
   // fine grade's step looks at all cells two steps away. That costs many times what a cell does, so only flat faces get
   // it.
@@ -343,7 +372,7 @@ class Placement {
     std::array<Suspect*, kAtOnce> open;
     size_t count = 0;
     for (Suspect& s : suspects())
-      if ((s.found.kind == CreaseVertex::Kind::none ? s.kinked : !s.explained) && isBetweenFlatFaces(s))
+      if ((s.found.kind == CreaseVertex::Kind::none ? s.kinked : !s.explained || s.share < 1) && isBetweenFlatFaces(s))
         open[count++] = &s;
     if (count > 0) placeAtCorners({open.data(), count});
   }
@@ -355,7 +384,12 @@ class Placement {
       const auto [x, y, z] = placeOf(*s);
       const CreaseVertex corner =
           placeAtCrease(cellOf(*s, {planes.data(), fits.around(x + kAround, y + kAround, z + kAround, planes.data())}));
-      if (corner.kind == CreaseVertex::Kind::corner || s->found.kind == CreaseVertex::Kind::none) s->found = corner;
+      // Of a rounding it finds where the vertex should stand.
+      const bool counts = corner.kind == CreaseVertex::Kind::corner || s->found.kind == CreaseVertex::Kind::none ||
+                          (corner.kind == CreaseVertex::Kind::edge && s->share < 1);
+      if (!counts) continue;
+      s->found = corner;
+      s->share = 1;
     }
   }
 
@@ -401,6 +435,10 @@ class Placement {
         s.found.normal = at(found.normal);
         s.curved = has(found.curved);
         s.explained = has(found.explained);
+        s.told = !(isHard(s) && has(found.third));
+        s.rounding = found.rounding[k];
+        s.along = at(found.along);
+        s.crease = at(found.crease) + lowOf(s);
         if (s.kinked && s.found.kind == CreaseVertex::Kind::face) markPassed(s, at(found.crease));
       } else if (has(found.third)) {
         s.found = byThreeFaces(s, *cells_.rule[k], {cells_.plane[k], static_cast<size_t>(cells_.planes[k])});

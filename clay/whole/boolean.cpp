@@ -209,12 +209,13 @@ class Combiner {
     const float band = editor_.grid().band;
     BrickValues phi, scratchA, scratchB;
     const BrickValues &valuesA = a.values(scratchA), &valuesB = b.values(scratchB);
+    const bool loses = !turnA_;  // A join loses no clay between voxels.
     bool ends = false, near = false, rim = false;
     for (int i = 0; i < kBrickVoxels; ++i) {
       const float pa = turnA_ ? -valuesA[i] : valuesA[i], pb = turnB_ ? -valuesB[i] : valuesB[i];
       float value = std::max(pa, pb);
       near |= isNear(pa, pb, band);
-      rim |= std::abs(pa) < kThinReach && std::abs(pb) < kThinReach;
+      if (loses) rim |= std::abs(pa) < kThinReach && std::abs(pb) < kThinReach;
       if (mayEnd(pa, pb, band)) {
         ends = true;
         value = outside(voxelOf(a.coord, i), pa, pb);

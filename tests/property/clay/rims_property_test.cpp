@@ -237,6 +237,61 @@ TEST(RimProperty, StrokesThatTurnHaveNoTeeth) {
   }
 }
 
+// A valley or an edge that is rounded by about a voxel is neither a crease nor a face: sharp in one cell and round in
+// the next, it is a row of teeth.
+TEST(RimProperty, RoundingsOfAVoxelHaveNoMoreTeethThanTheDraft) {
+  constexpr uint64_t kSeed = 75;
+  for (const double degrees : {60.0, 90.0, 115.0}) {
+    const double cosine = std::cos(degrees * std::numbers::pi / 180), sine2 = 1 - cosine * cosine;
+    for (const double radius : {0.75, 1.0, 1.25, 1.5, 2.0}) {
+      std::mt19937_64 random(kSeed);
+      std::uniform_real_distribution<double> shift(-1, 1);
+      Teeth teeth[3];
+      constexpr Grade kGrades[3] = {Grade::draft, Grade::crisp, Grade::fine};
+      for (int i = 0; i < tests::byTier(12, 100); ++i) {
+        const Eigen::Matrix3d axes =
+            i % 3 == 0 ? randomTurn(random) : Eigen::Matrix3d(Eigen::AngleAxisd(shift(random), Vec3d::UnitZ()));
+        const Vec3d middle(shift(random), shift(random), i % 3 == 1 ? 0 : shift(random));
+        const bool valley = i % 2 == 0;
+        const Vec3d first = axes.col(2), second = cosine * axes.col(2) + std::sqrt(sine2) * axes.col(0);
+        // Behind two planes, with a cylinder that touches both where they would meet; or what is left of space.
+        const auto rounded = [&](const Vec3d& p) {
+          const double a = first.dot(p - middle), b = second.dot(p - middle);
+          const double qa = a + radius, qb = b + radius;  // from the cylinder's axis
+          const double alongA = (qa - qb * cosine) / sine2, alongB = (qb - qa * cosine) / sine2;
+          const double d = alongA > 0 && alongB > 0 ? std::sqrt(qa * alongA + qb * alongB) - radius : std::max(a, b);
+          return valley ? -d : d;
+        };
+        const Version clay =
+            clayOf(Store::make(), 24, [&](const Vec3d& p) { return std::max(rounded(p), p.norm() - 18); });
+        for (size_t grade = 0; grade < 3; ++grade) {
+          const TriangleMesh mesh = meshOf(clay, kGrades[grade]);
+          ASSERT_TRUE(checkTopology(mesh).closed());
+          for (const auto& t : mesh.triangles) {
+            const Vec3d &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
+            const Vec3d at = (a + b + c) / 3 - middle;
+            if ((at - at.dot(axes.col(1)) * axes.col(1)).norm() > 4 || at.norm() > 12) continue;
+            for (const Vec3d& p : {a, b, c, Vec3d((a + b + c) / 3)}) {
+              const double away = std::abs(rounded(p));
+              ++teeth[grade].places;
+              teeth[grade].off += away > 0.2;
+              teeth[grade].most = std::max(teeth[grade].most, away);
+            }
+          }
+        }
+      }
+      std::printf("%.0f degrees, radius %.2f:", degrees, radius);
+      for (const Teeth& each : teeth)
+        std::printf(" %.2f %% off by more than 0.2, %.2f;", 100 * each.share(), each.most);
+      std::printf("\n");
+      for (const Teeth& each : teeth) {
+        EXPECT_LE(each.share(), teeth[0].share() + 0.002) << degrees << ", " << radius;
+        EXPECT_LE(each.most, 0.7) << degrees << ", " << radius;
+      }
+    }
+  }
+}
+
 // Following edits gives the bits of an extraction from nothing, though rims look four voxels beyond their brick.
 TEST(RimProperty, FollowedRimsAreThoseOfAFreshSurface) {
   constexpr uint64_t kSeed = 73;
