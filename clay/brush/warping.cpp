@@ -27,6 +27,14 @@ constexpr float kMostStretch = 16;
 // The second order corrects by this much at most.
 constexpr float kMostBend = 0.25f;
 
+// Clay that is sheared or squeezed into less than a voxel would be torn into teeth: how much of it a voxel holds
+// follows from the mean over a box around it. By how much the squared slopes of where clay comes from exceed those of
+// clay at rest: no box up to the first, and one of so many voxels each way from the second on; near the surface.
+constexpr float kSqueezed = 0.2f, kFolded = 1, kMostBox = 0.5f, kBoxDepth = 2.5f;
+// Of clay that turns less than a ball of a voxel and a half the mean differs by less, voxels: it stays as it is.
+constexpr float kSmooth = 0.04f;
+constexpr size_t kBoxCorners = 8;
+
 // A brick's voxels and one around it.
 constexpr int kMovedEdge = kBrickEdge + 2, kMovedVoxels = kMovedEdge * kMovedEdge * kMovedEdge;
 // From a block's middle to its outermost nodes: along an axis, and to a corner.
@@ -253,6 +261,57 @@ int movedIndex(int x, int y, int z) {
   return ((x + 1) * kMovedEdge + y + 1) * kMovedEdge + z + 1;
 }
 
+// Boxes of a brick's voxels, and how displacements change along each axis.
+class Boxes {
+ public:
+  // `least`, `most`: bounds of the displacements.
+  Boxes(const Displacement (&moved)[kMovedVoxels], const float (&least)[3], const float (&most)[3]) : moved_(moved) {
+    // Clay that moves alike is not sheared.
+    if (std::max({most[0] - least[0], most[1] - least[1], most[2] - least[2]}) < kAlike) return;
+    for (int i = 0; i < kBrickVoxels; ++i) {
+      const Slopes s = slopes(i);
+      const float x = squared(s.x + Vec3f::UnitX()), y = squared(s.y + Vec3f::UnitY()),
+                  z = squared(s.z + Vec3f::UnitZ());
+      const float box = kMostBox * std::clamp((((x + y) + z) - 3 - kSqueezed) / (kFolded - kSqueezed), 0.0f, 1.0f);
+      half_[static_cast<size_t>(i)] = box;
+      const Vec3f far = s.x.cwiseAbs() + s.y.cwiseAbs() + s.z.cwiseAbs();
+      reach_ = std::max(reach_, box * (1 + far.maxCoeff()));
+    }
+  }
+
+  // How far beside a voxel's own place clay is looked at, voxels.
+  [[nodiscard]] float reach() const { return reach_; }
+  [[nodiscard]] bool has(int voxel) const { return reach_ > 0 && half_[static_cast<size_t>(voxel)] > 0; }
+  // Displacement of a box's corner, 0 to 7, from the voxel.
+  [[nodiscard]] Vec3f corner(int voxel, int c) const {
+    const float h = half_[static_cast<size_t>(voxel)];
+    const Vec3f to((c & 4) != 0 ? h : -h, (c & 2) != 0 ? h : -h, (c & 1) != 0 ? h : -h);
+    const Displacement& d = moved_[indexOf(voxel)];
+    const Slopes s = slopes(voxel);
+    return to + (Vec3f(d.x, d.y, d.z) + ((to.x() * s.x + to.y() * s.y) + to.z() * s.z));
+  }
+
+ private:
+  static constexpr float kAlike = 0.4f;
+  struct Slopes {
+    Vec3f x, y, z;
+  };
+  static int indexOf(int voxel) { return movedIndex(voxel >> 6, (voxel >> 3) & 7, voxel & 7); }
+  static float squared(const Vec3f& v) { return (v.x() * v.x() + v.y() * v.y()) + v.z() * v.z(); }
+  [[nodiscard]] Slopes slopes(int voxel) const {
+    const int at = indexOf(voxel);
+    const auto along = [&](int step) {
+      const Displacement &a = moved_[at - step], &b = moved_[at + step];
+      return Vec3f(0.5f * (b.x - a.x), 0.5f * (b.y - a.y), 0.5f * (b.z - a.z));
+    };
+    return {along(kMovedEdge * kMovedEdge), along(kMovedEdge), along(1)};
+  }
+
+  const Displacement (&moved_)[kMovedVoxels];
+  float reach_ = 0;
+  std::array<float, kBrickVoxels> half_;
+};
+
 // The clay that the voxels of a brick came from, as the stroke found it: the box around all of their places, copied;
 // where it is too large for that, the 4×4×4 voxels around each place, one lot after the other.
 class StartWindow {
@@ -268,7 +327,7 @@ class StartWindow {
     if (whole_)
       mixed_ = copyBox(start_, brick_ + from_, size_, values_, tile_);
     else
-      values_.clear(), values_.reserve(size_t{kBrickVoxels} * kCubicVoxels);
+      values_.clear(), values_.reserve(size_t{kBrickVoxels} * kCubicVoxels * (1 + kBoxCorners));
   }
 
   [[nodiscard]] bool whole() const { return whole_; }
@@ -328,6 +387,33 @@ std::optional<float> linearWithin(const FieldSample& sample, const StartWindow& 
   return linear;
 }
 
+// Where clay was squeezed the mean over a voxel's box counts, but for what it differs by on smooth clay.
+void readBoxes(const Boxes& boxes, StartWindow& window, std::span<const int> voxels,
+               FieldValue (&values)[kBrickVoxels]) {
+  FieldSample corners[kBrickVoxels * kBoxCorners];
+  size_t of[kBrickVoxels], count = 0;
+  for (size_t k = 0; k < voxels.size(); ++k) {
+    const int i = voxels[k];
+    if (!boxes.has(i) || std::abs(values[k].value) > kBoxDepth) continue;
+    for (size_t c = 0; c < kBoxCorners; ++c) {
+      const Vec3f d = boxes.corner(i, static_cast<int>(c));
+      const AxisPlace x = placeOf(i >> 6, d.x()), y = placeOf((i >> 3) & 7, d.y()), z = placeOf(i & 7, d.z());
+      corners[kBoxCorners * count + c] = {window.cubic({x.base, y.base, z.base}), x.t, y.t, z.t};
+    }
+    of[count++] = k;
+  }
+  float read[kBrickVoxels * kBoxCorners];
+  sampleValues(std::span(corners, kBoxCorners * count), window.strideX(), window.strideY(), read);
+  for (size_t j = 0; j < count; ++j) {
+    const float* r = read + kBoxCorners * j;
+    // Opposite corners first, which mirrors turn into each other.
+    const float mean = (((r[0] + r[7]) + (r[3] + r[4])) + ((r[1] + r[6]) + (r[2] + r[5]))) / kBoxCorners;
+    float& value = values[of[j]].value;
+    const float off = mean - value;
+    value += std::max(off - kSmooth, 0.0f) + std::min(off + kSmooth, 0.0f);
+  }
+}
+
 // What is covered stays, and does not pull.
 void Warping::holdBack(Coord brick, Displacement (&moved)[kMovedVoxels]) const {
   int i = 0;
@@ -370,6 +456,8 @@ bool Warping::brick(Sampler& before, std::span<const Stamp>, Coord coord, float 
   movedBounds(split, least, most);
   low = Vec3f(least[0], least[1], least[2]), high = Vec3f(most[0], most[1], most[2]);
   if (low == Vec3f::Zero() && high == Vec3f::Zero()) return false;
+  const Boxes boxes(moved, least, most);
+  low -= Vec3f::Constant(boxes.reach()), high += Vec3f::Constant(boxes.reach());
 
   // 2. What lay there. Most voxels of a brick come from beyond the band, which the nearest voxel tells; the others are
   // samples.
@@ -409,6 +497,7 @@ bool Warping::brick(Sampler& before, std::span<const Stamp>, Coord coord, float 
   // 3. Tricubic values; trilinear ones where the cubic reaches beyond the band.
   FieldValue values[kBrickVoxels];
   sampleField(std::span(samples, count), window.strideX(), window.strideY(), values);
+  if (boxes.reach() > 0) readBoxes(boxes, window, std::span(voxels, count), values);
   // A sample this near to the surface has a voxel of the band beside it whichever way it was rounded.
   const float near = band_ - 0.9f;
   CameFrom came;

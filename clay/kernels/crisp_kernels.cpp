@@ -566,11 +566,13 @@ void Place(const CrispCells& cells, const BlockPlanes& planes, CrispVertices& ou
     hn::StoreU(place.x, d, out.crease[0] + lane);
     hn::StoreU(place.y, d, out.crease[1] + lane);
     hn::StoreU(place.z, d, out.crease[2] + lane);
-    Vector along;
-    hn::StoreU(roundingOf(cells, lane, there, corners.convex, faces.third, place, along), d, out.rounding + lane);
-    hn::StoreU(along.x, d, out.along[0] + lane);
-    hn::StoreU(along.y, d, out.along[1] + lane);
-    hn::StoreU(along.z, d, out.along[2] + lane);
+    if (!hn::AllFalse(d, hn::Or(edge, beside))) {
+      Vector along;
+      hn::StoreU(roundingOf(cells, lane, there, corners.convex, faces.third, place, along), d, out.rounding + lane);
+      hn::StoreU(along.x, d, out.along[0] + lane);
+      hn::StoreU(along.y, d, out.along[1] + lane);
+      hn::StoreU(along.z, d, out.along[2] + lane);
+    }
     if (!hn::AllFalse(d, beside)) {
       const Mask second = met.faces[1];
       Face face{select(second, there[1].normal, there[0].normal),

@@ -305,8 +305,10 @@ class Placement {
 
   void place() {
     byTwoFaces();
-    findShares();
-    if (!curvedAlone_) atCorners();
+    if (!curvedAlone_) {
+      findShares();
+      atCorners();
+    }
     for (const Suspect& s : suspects()) {
       const CreaseVertex& found = s.found;
       if (isHard(s)) hard_.set(s.cell);
