@@ -29,9 +29,10 @@ constexpr float kMostBend = 0.25f;
 
 // Clay that is sheared or squeezed into less than a voxel would be torn into teeth: how much of it a voxel holds
 // follows from the mean over a box around it. By how much the squared slopes of where clay comes from exceed those of
-// clay at rest: no box up to the first, and one of so many voxels each way from the second on; near the surface.
+// clay at rest: no box up to the first, and one of so many voxels each way from the second on; and voxels from the
+// surface to those that have none, to those a voxel nearer in part.
 constexpr float kSqueezed = 0.2f, kFolded = 1, kMostBox = 0.5f, kBoxDepth = 2.5f;
-// Of clay that turns less than a ball of a voxel and a half the mean differs by less, voxels: it stays as it is.
+// On clay that turns less than a ball of six voxels the mean differs by less, voxels: it stays as it is.
 constexpr float kSmooth = 0.04f;
 constexpr size_t kBoxCorners = 8;
 
@@ -292,7 +293,7 @@ class Boxes {
   }
 
  private:
-  static constexpr float kAlike = 0.4f;
+  static constexpr float kAlike = 0.06f;
   struct Slopes {
     Vec3f x, y, z;
   };
@@ -409,8 +410,8 @@ void readBoxes(const Boxes& boxes, StartWindow& window, std::span<const int> vox
     // Opposite corners first, which mirrors turn into each other.
     const float mean = (((r[0] + r[7]) + (r[3] + r[4])) + ((r[1] + r[6]) + (r[2] + r[5]))) / kBoxCorners;
     float& value = values[of[j]].value;
-    const float off = mean - value;
-    value += std::max(off - kSmooth, 0.0f) + std::min(off + kSmooth, 0.0f);
+    const float off = mean - value, share = std::min(1.0f, kBoxDepth - std::abs(value));
+    value += share * (std::max(off - kSmooth, 0.0f) + std::min(off + kSmooth, 0.0f));
   }
 }
 
