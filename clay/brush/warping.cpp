@@ -280,7 +280,7 @@ class Boxes {
     }
   }
 
-  // How far beside a voxel's own place clay is looked at, voxels.
+  // Tells how far beside a voxel's own place clay is looked at, voxels.
   [[nodiscard]] float reach() const { return reach_; }
   [[nodiscard]] bool has(int voxel) const { return reach_ > 0 && half_[static_cast<size_t>(voxel)] > 0; }
   // Displacement of a box's corner, 0 to 7, from the voxel.
@@ -388,7 +388,8 @@ std::optional<float> linearWithin(const FieldSample& sample, const StartWindow& 
   return linear;
 }
 
-// Where clay was squeezed the mean over a voxel's box counts, but for what it differs by on smooth clay.
+// Puts the mean over a voxel's box in place of its value where clay was squeezed, but for what both differ by on smooth
+// clay.
 void readBoxes(const Boxes& boxes, StartWindow& window, std::span<const int> voxels,
                FieldValue (&values)[kBrickVoxels]) {
   FieldSample corners[kBrickVoxels * kBoxCorners];

@@ -55,10 +55,11 @@ constexpr float kClose = 0.1f, kMisfit = 0.25f, kNear = 0.4f, kMisfitBeyond = 0.
 constexpr float kBesideCrease = 1, kAlongBoth = 0.25f;
 // Less weight of them tells nothing.
 constexpr float kTold = 0.05f;
-// One way along a crease counts alone where the faces are exact there within the first, voxels, and less so up to the
-// second, or where the surface is farther from them the other way than the third: another face is there.
+// Lets one way along a crease count alone where the faces are exact there within the first, voxels, and in part up to
+// the second; or where the surface is farther from them the other way than the third, and in part less than the fourth:
+// another face is there.
 constexpr float kExact = 0.005f, kInexact = 0.03f, kOther = 0.4f, kSurelyOther = 0.5f;
-// How far the tip of two faces stands off a rounding beside that of a right angle: not less and not more than this.
+// Bounds of how far the tip of two faces stands off a rounding, beside that of a right angle.
 constexpr float kLeastTip = 0.3f, kMostTip = 2.5f, kRightTip = 0.41421356f;
 // The cosine of 37°: a rounding between faces that meet flatter takes less off than the voxels tell.
 constexpr float kFlatter = 0.8f;
@@ -408,9 +409,9 @@ HWY_INLINE Corners compare(const Floats (&phi)[8], const Face (&faces)[2], Float
   return corners;
 }
 
-// How far the tip of two faces stands off the surface, by the voxels beside it: a rounding fills a valley and takes an
-// edge off. In voxels, in the mean, as it would at a right angle. `at`: a point of the crease; `along`: its direction;
-// `third`: planes of neither face are near.
+// Tells how far the tip of two faces stands off the surface, by voxels beside it: a rounding fills a valley and takes
+// an edge off. In voxels, in the mean, as it would at a right angle. `at`: a point of the crease; `along`: its
+// direction; `third`: planes of neither face are near.
 HWY_INLINE Floats roundingOf(const CrispCells& cells, int lane, const Face (&faces)[2], Mask convex, Mask third,
                              const Vector& at, Vector& along) {
   const Tag d;

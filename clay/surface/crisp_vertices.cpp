@@ -295,7 +295,7 @@ class Placement {
     uint16_t cell;  // x·64 + y·8 + z
     uint16_t edges;
     bool kinked, curved, explained;
-    bool told;              // whether it is known how much of the crease there is
+    bool told;              // the rounding is known
     float rounding, share;  // CrispVertices::rounding; of the crease
     Vec3f crease, along;    // a point and the direction of it
     CreaseVertex found;
@@ -350,8 +350,8 @@ class Placement {
     flush();
   }
 
-  // A crease of which one cell says that it is rounded, and the next one that it is not, would be a row of teeth: the
-  // median of those along it counts.
+  // Finds shares by the median of the roundings along a crease: one that a cell takes for rounded, and the next one
+  // does not, would be a row of teeth.
   void findShares() {
     std::array<float, kAtOnce> roundings;
     for (Suspect& s : suspects()) {
@@ -386,7 +386,7 @@ class Placement {
       const auto [x, y, z] = placeOf(*s);
       const CreaseVertex corner =
           placeAtCrease(cellOf(*s, {planes.data(), fits.around(x + kAround, y + kAround, z + kAround, planes.data())}));
-      // Of a rounding it finds where the vertex should stand.
+      // Takes it for a rounding as well: it finds where the vertex should stand.
       const bool counts = corner.kind == CreaseVertex::Kind::corner || s->found.kind == CreaseVertex::Kind::none ||
                           (corner.kind == CreaseVertex::Kind::edge && s->share < 1);
       if (!counts) continue;
