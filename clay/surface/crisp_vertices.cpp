@@ -316,7 +316,9 @@ class Placement {
       if (curvedAlone_ && (!s.curved || found.kind != CreaseVertex::Kind::edge)) continue;
       if (s.share <= 0) continue;
       brick_.positions[s.vertex] += s.share * (found.position - brick_.positions[s.vertex]);
-      if (s.share >= 1 && found.kind != CreaseVertex::Kind::face) onCrease_.set(s.vertex);
+      // A vertex that goes part of the way stands on no crease: it keeps the field's normal.
+      if (s.share < 1) continue;
+      if (found.kind != CreaseVertex::Kind::face) onCrease_.set(s.vertex);
       if (wantNormals_) brick_.normals[s.vertex] = found.packedNormal();
     }
     count_ = 0;
